@@ -1,0 +1,1 @@
+"""What happens on the road: a YAML story turned into trajectories."""

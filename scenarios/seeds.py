@@ -1,0 +1,61 @@
+"""Random streams of a run: one for each concern, so that one can change alone."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from simbench.scenarios.schema import Scenario
+
+__all__ = ["Stream", "generator", "stream"]
+
+Stream = Literal["traffic", "looks", "scenery", "sensor", "vibration"]
+
+_NUMBERS: dict[Stream, int] = {
+    "traffic": 1,
+    "looks": 2,
+    "sensor": 3,
+    "vibration": 4,
+    "scenery": 5,
+}
+
+
+def _sequence(
+    scenario: Scenario, seed: int, name: Stream, *more: int
+) -> np.random.SeedSequence:
+    held = {
+        "traffic": scenario.seeds.traffic,
+        "looks": scenario.seeds.looks,
+        "scenery": scenario.seeds.looks,
+        "sensor": scenario.seeds.sensor,
+        "vibration": scenario.seeds.sensor,
+    }[name]
+    chosen = seed if held is None else held
+    return np.random.SeedSequence([chosen, _NUMBERS[name], *more])
+
+
+def generator(
+    scenario: Scenario, seed: int, name: Stream, *more: int
+) -> np.random.Generator:
+    """Return the generator of one stream of a run.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        ``scenario.seeds`` may hold the stream fixed.
+    seed : int
+        Seed of the run, at least 0.
+    name : {"traffic", "looks", "scenery", "sensor", "vibration"}
+        Which stream. Scenery (trees, hills) goes with the looks' seed, the camera's
+        vibration with the sensor's.
+    *more : int
+        Part of the stream, such as a frame's index.
+    """
+    return np.random.default_rng(_sequence(scenario, seed, name, *more))
+
+
+def stream(scenario: Scenario, seed: int, name: Stream, attempt: int) -> int:
+    """Return a whole number in [0, 2**31) that seeds a program outside NumPy."""
+    words = _sequence(scenario, seed, name, attempt).generate_state(1)
+    return int(words[0]) % 2**31

@@ -1,0 +1,324 @@
+"""Highway traffic by SUMO, as a program of its own: request in, recording out.
+
+``python -m simbench.scenarios.traffic FILE`` reads a request (JSON) from standard input
+and writes a recording (NPZ) to FILE. SUMO keeps one simulation a process, speaks on the
+process's own outputs and, on some networks, crashes; a child process makes all three
+harmless. The roads are straight here: SUMO decides who drives where along
+the lanes, and `simbench.scenarios.simulation` bends the result onto the real road.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import libsumo
+import numpy as np
+
+from simbench.scenarios.fleet import FLEET
+
+__all__ = ["STEP_S", "main"]
+
+STEP_S = 0.04
+"""Simulation step in seconds; SUMO counts whole milliseconds."""
+
+_SAFE_CHANGES_ONLY = 512  # lane-change mode: none of its own, asked ones when safe
+_ENTRY_M = 18.0
+
+
+def main() -> int:
+    """Run one request; 0 on success, 1 after writing why not to standard error."""
+    request = json.load(sys.stdin)
+    with tempfile.TemporaryDirectory(prefix="simbench-sumo-") as folder:
+        try:
+            recording = _simulate(request, Path(folder))
+        except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+            print(f"Error: {error}", file=sys.stderr)
+            return 1
+    np.savez(sys.argv[1], **recording)
+    return 0
+
+
+def _simulate(request: dict[str, Any], folder: Path) -> dict[str, Any]:
+    rng = np.random.default_rng(request["seed"])
+    network = folder / "road.net.xml"
+    network.write_text(_network(request))
+    types = folder / "types.rou.xml"
+    types.write_text(_types(request))
+    libsumo.start(_command(request, network, types))
+    try:
+        sides = ["near", "far"] if request["opposite"] else ["near"]
+        drivers = [_Carriageway(side, request, rng) for side in sides]
+        for carriageway in drivers:
+            carriageway.populate()
+        for _ in range(round(request["warm_up_s"] / STEP_S)):
+            _advance(drivers)
+        _place(request)
+        _advance(drivers)
+        return _record(request, drivers)
+    finally:
+        libsumo.close()
+
+
+def _advance(carriageways: list[_Carriageway]) -> None:
+    for carriageway in carriageways:
+        carriageway.replenish()
+    libsumo.simulationStep()
+
+
+class _Carriageway:
+    """Fills one direction and keeps it filled, without anyone running into anyone."""
+
+    def __init__(
+        self, side: str, request: dict[str, Any], rng: np.random.Generator
+    ) -> None:
+        self.side = side
+        self.request = request
+        self.rng = rng
+        self.count = 0
+        self.last: dict[int, str] = {}
+        self.due = [self._gap() for _ in range(request["lanes"])]
+
+    def populate(self) -> None:
+        """Put vehicles all along every lane."""
+        for lane in range(self.request["lanes"]):
+            place = _ENTRY_M + self._gap()
+            while place < self.request["length_m"] - 10.0:
+                kind = self._kind(lane)
+                place += FLEET[kind].length
+                self._add(kind, lane, place, self._speed(kind, lane))
+                place += self._gap()
+
+    def replenish(self) -> None:
+        """Let a vehicle in at the upstream end of a lane where there is room.
+
+        With SUMO's own insertion checks off (they starve a populated road), entering
+        vehicles would pile into each other without this guard.
+        """
+        present = set(libsumo.vehicle.getIDList())
+        for lane in range(self.request["lanes"]):
+            leader = self.last.get(lane)
+            if leader is None or leader not in present:
+                leader = self._last_on(lane)
+            kind = self._kind(lane) if self.due[lane] <= 0 else None
+            speed = self.request["speed_limit_mps"]
+            if leader is not None:
+                rear = libsumo.vehicle.getLanePosition(leader)
+                rear -= libsumo.vehicle.getLength(leader)
+                speed = min(speed, libsumo.vehicle.getSpeed(leader) + 0.5)
+                if rear < _ENTRY_M + 4.0 + 1.2 * speed + 12.0:
+                    kind = None
+            self.due[lane] -= STEP_S * speed
+            if kind is not None:
+                speed = min(speed, self._speed(kind, lane))
+                self._add(kind, lane, _ENTRY_M, speed)
+                self.due[lane] = self._gap()
+
+    def _last_on(self, lane: int) -> str | None:
+        names = libsumo.lane.getLastStepVehicleIDs(f"{self.side}_{lane}")
+        return names[0] if names else None
+
+    def _gap(self) -> float:
+        density = self.request["density_per_km_lane"]
+        if density <= 0:
+            return float("inf")
+        return 30.0 + float(self.rng.exponential(max(1000.0 / density - 36.0, 1.0)))
+
+    def _kind(self, lane: int) -> Any:
+        lanes = self.request["lanes"]
+        mix = {
+            kind: weight
+            for kind, weight in self.request["mix"].items()
+            if FLEET[kind].is_light or lanes < 3 or lane < lanes - 1
+        } or self.request["mix"]
+        weights = np.array(list(mix.values()), dtype=np.float64)
+        total = weights.sum()
+        if total <= 0:
+            return "car"
+        return list(mix)[int(self.rng.choice(len(weights), p=weights / total))]
+
+    def _speed(self, kind: Any, lane: int) -> float:
+        build = FLEET[kind]
+        limit = self.request["speed_limit_mps"]
+        share = build.speed_factor - 0.08 + 0.06 * lane
+        return float(min(limit * share, build.max_speed - 1.0))
+
+    def _add(self, kind: str, lane: int, place: float, speed: float) -> None:
+        name = f"{self.side}.{self.count}.{kind}"
+        self.count += 1
+        self.last[lane] = name
+        _insert(name, self.side, kind, lane, place, speed)
+
+
+def _insert(
+    name: str, side: str, kind: str, lane: int, place: float, speed: float
+) -> None:
+    libsumo.vehicle.add(
+        name,
+        side,
+        kind,
+        depart="now",
+        departLane=str(lane),
+        departPos=f"{place:.3f}",
+        departSpeed=f"{speed:.3f}",
+    )
+
+
+def _place(request: dict[str, Any]) -> None:
+    """Clear room for the story's own vehicles and put them in."""
+    for actor in request["actors"]:
+        for name in libsumo.vehicle.getIDList():
+            if libsumo.vehicle.getRoadID(name) != "near":
+                continue
+            if libsumo.vehicle.getLaneIndex(name) not in actor["lanes"]:
+                continue
+            front = libsumo.vehicle.getLanePosition(name)
+            rear = front - libsumo.vehicle.getLength(name)
+            ahead = rear - actor["front_m"] < actor["clear_m"]
+            behind = actor["front_m"] - actor["length_m"] - front < actor["clear_m"]
+            if ahead and behind:
+                libsumo.vehicle.remove(name)
+    for actor in request["actors"]:
+        _insert(
+            actor["name"],
+            "near",
+            f"{actor['kind']}.actor",
+            actor["lane"],
+            actor["front_m"],
+            actor["speed_mps"],
+        )
+
+
+def _record(
+    request: dict[str, Any], carriageways: list[_Carriageway]
+) -> dict[str, Any]:
+    """Step through the story and write down every vehicle at every step."""
+    steps = round(request["duration_s"] / STEP_S) + 2
+    rows: list[tuple[int, int, float, float]] = []
+    index: dict[str, int] = {}
+    collisions = 0
+    pending = sorted(
+        (
+            (move["at_s"], actor["name"], move)
+            for actor in request["actors"]
+            for move in actor["manoeuvres"]
+        ),
+        key=lambda entry: entry[:2],
+    )
+    for actor in request["actors"]:
+        libsumo.vehicle.setLaneChangeMode(actor["name"], _SAFE_CHANGES_ONLY)
+        libsumo.vehicle.setSpeed(actor["name"], actor["speed_mps"])
+    width = request["lane_width_m"]
+    for step in range(steps):
+        while pending and pending[0][0] <= step * STEP_S + 1e-9:
+            _, name, move = pending.pop(0)
+            _order(name, move)
+        for name in libsumo.vehicle.getIDList():
+            number = index.setdefault(name, len(index))
+            lane = libsumo.vehicle.getLaneIndex(name)
+            offset = libsumo.vehicle.getLateralLanePosition(name) / width
+            place = libsumo.vehicle.getLanePosition(name)
+            rows.append((step, number, place, lane + offset))
+        if step < steps - 1:
+            _advance(carriageways)
+            collisions += libsumo.simulation.getCollidingVehiclesNumber()
+    table = np.array(rows, dtype=np.float64)
+    front = np.full((steps, len(index)), np.nan)
+    lane = np.full((steps, len(index)), np.nan)
+    at = table[:, :2].astype(np.int64)
+    front[at[:, 0], at[:, 1]] = table[:, 2]
+    lane[at[:, 0], at[:, 1]] = table[:, 3]
+    names = np.array(list(index))
+    return {"names": names, "front": front, "lane": lane, "collisions": collisions}
+
+
+def _order(name: str, move: dict[str, Any]) -> None:
+    if name not in libsumo.vehicle.getIDList():
+        return
+    if move["speed_mps"] is not None:
+        # Over two seconds rather than at once: SUMO would brake as hard as it may.
+        libsumo.vehicle.slowDown(name, move["speed_mps"], 2.0)
+        return
+    step = 1 if move["change_lane"] == "left" else -1
+    lane = libsumo.vehicle.getLaneIndex(name) + step
+    libsumo.vehicle.changeLane(name, lane, 1e6)
+
+
+def _network(request: dict[str, Any]) -> str:
+    """Write a straight net by hand: SUMO crashes without the version attribute."""
+    sides = ["near", "far"] if request["opposite"] else ["near"]
+    parts = ['<net version="1.20">']
+    length, width = request["length_m"], request["lane_width_m"]
+    for number, side in enumerate(sides):
+        base = 1000.0 * number
+        lanes = [f"{side}_{lane}" for lane in range(request["lanes"])]
+        parts.append(f'<edge id="{side}" from="{side}.a" to="{side}.b">')
+        for lane, name in enumerate(lanes):
+            y = base + lane * width
+            parts.append(
+                f'<lane id="{name}" index="{lane}" width="{width}" length="{length}" '
+                f'speed="{request["speed_limit_mps"]}" shape="0,{y} {length},{y}"/>'
+            )
+        parts.append("</edge>")
+        for end, x, incoming in (("a", 0.0, ""), ("b", length, " ".join(lanes))):
+            parts.append(
+                f'<junction id="{side}.{end}" type="dead_end" x="{x}" y="{base}" '
+                f'incLanes="{incoming}" intLanes=""/>'
+            )
+    return "".join([*parts, "</net>"])
+
+
+def _types(request: dict[str, Any]) -> str:
+    classes = {
+        "van": "delivery",
+        "truck": "truck",
+        "trailer": "trailer",
+        "bus": "bus",
+        "motorcycle": "motorcycle",
+    }
+    parts = ["<routes>"]
+    for kind, build in FLEET.items():
+        common = (
+            f'vClass="{classes.get(kind, "passenger")}" length="{build.length}" '
+            f'width="{build.width}" height="{build.height}" accel="{build.accel}" '
+            f'decel="{build.decel}" sigma="0" '
+        )
+        parts.append(
+            f'<vType id="{kind}" {common} maxSpeed="{build.max_speed}" '
+            f'speedFactor="normc({build.speed_factor},0.08,0.6,1.2)" '
+            f'lcSpeedGain="3" lcKeepRight="0.4" lcAssertive="1.5"/>'
+        )
+        parts.append(
+            f'<vType id="{kind}.actor" {common} maxSpeed="80" '
+            f'speedFactor="2" speedDev="0"/>'
+        )
+    sides = ["near", "far"] if request["opposite"] else ["near"]
+    parts += [f'<route id="{side}" edges="{side}"/>' for side in sides]
+    return "".join([*parts, "</routes>"])
+
+
+def _command(request: dict[str, Any], network: Path, types: Path) -> list[str]:
+    options = {
+        "--net-file": network,
+        "--route-files": types,
+        "--step-length": STEP_S,
+        "--step-method.ballistic": "true",
+        "--seed": request["seed"] % 2**31,
+        "--default.action-step-length": 0.2,
+        "--lanechange.duration": request["lane_change_s"],
+        "--insertion-checks": "none",
+        "--eager-insert": "true",
+        "--collision.action": "warn",
+        "--time-to-teleport": -1,
+        "--xml-validation": "never",
+    }
+    flags = ["--no-step-log", "--no-warnings", "--duration-log.disable"]
+    pairs = [str(part) for option in options.items() for part in option]
+    return ["sumo", *pairs, *flags]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

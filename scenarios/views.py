@@ -1,0 +1,109 @@
+"""The camera's path: where it stands in every frame and where it looks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.camera import Camera
+from simbench.errors import ScenarioError
+from simbench.scenarios.road import RoadLine
+from simbench.scenarios.schema import Place, Scenario
+from simbench.trajectories import Trajectories
+
+__all__ = ["camera_path"]
+
+
+def camera_path(
+    scenario: Scenario,
+    line: RoadLine,
+    trajectories: Trajectories,
+    rng: np.random.Generator,
+) -> tuple[Camera, ...]:
+    """Return the camera of every frame.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    line : RoadLine
+    trajectories : Trajectories
+        Of the same scenario; a following camera keeps to its target.
+    rng : numpy.random.Generator
+        Source of the vibration.
+
+    Returns
+    -------
+    tuple of T Camera
+    """
+    view = scenario.camera
+    shift = np.zeros(len(trajectories.times))
+    if view.motion == "follow":
+        target = trajectories.positions[:, trajectories.target]
+        phase = 2.0 * math.pi * trajectories.times / view.sway_period_s
+        shift = line.locate(target)[:, 0] - view.sway_m * np.sin(phase)
+    eyes = _points(line, view.position, shift)
+    aims = _points(line, view.look_at, shift)
+    if np.any(np.linalg.norm(eyes - aims, axis=-1) < 0.1):
+        raise ScenarioError(
+            f"{scenario.name}: camera.look_at must differ from camera.position"
+        )
+    shake = _shake(scenario, trajectories.times, rng)
+    imaging = scenario.imaging
+    cameras = []
+    for eye, aim, (right, down, roll) in zip(eyes, aims, shake, strict=True):
+        steady = Camera.look_at(
+            eye,
+            aim,
+            fov_rad=view.fov_rad,
+            width=imaging.width_px,
+            height=imaging.height_px,
+            roll_rad=roll,
+        )
+        turn = _small_rotation(down / steady.focal_px, -right / steady.focal_px)
+        rotation = turn @ steady.rotation
+        cameras.append(
+            Camera(
+                steady.matrix, rotation, -rotation @ eye, steady.width, steady.height
+            )
+        )
+    return tuple(cameras)
+
+
+def _points(
+    line: RoadLine, place: Place, shift: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return line.point(place.along_m + shift, place.lateral_m, place.height_m)
+
+
+def _shake(
+    scenario: Scenario, times: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw a shake of the picture: right and down [px], roll [rad], (T, 3).
+
+    A first-order autoregressive process with the correlation time of the vibration,
+    sampled at the frames: at low frame rates successive frames shake independently.
+    """
+    view = scenario.camera
+    noise = rng.standard_normal((len(times), 3))
+    step = float(times[1] - times[0]) if len(times) > 1 else 1.0
+    keep = math.exp(-step * view.vibration_hz)
+    shake = np.empty_like(noise)
+    shake[0] = noise[0]
+    for index in range(1, len(times)):
+        fresh = math.sqrt(1.0 - keep**2) * noise[index]
+        shake[index] = keep * shake[index - 1] + fresh
+    scale = view.vibration_px
+    # Roll is such that a corner of the picture moves a quarter of what its middle does.
+    corner = math.hypot(scenario.imaging.width_px, scenario.imaging.height_px) / 2.0
+    return shake * [scale, scale, scale / 4.0 / corner]
+
+
+def _small_rotation(about_x: float, about_y: float) -> NDArray[np.float64]:
+    """Return the rotation about the camera's x axis, then its y axis."""
+    cx, sx = math.cos(about_x), math.sin(about_x)
+    cy, sy = math.cos(about_y), math.sin(about_y)
+    first = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    second = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    return second @ first
