@@ -1,0 +1,68 @@
+"""The shoot: a stage becomes pictures, one after another, and the truth about them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.errors import RenderError
+from simbench.render.pyrender_camera import PyrenderCamera
+from simbench.render.scene import build_scene, vehicle_poses
+from simbench.render.sensor import expose
+from simbench.render.truth import TruthRecorder
+from simbench.scenarios.seeds import generator
+from simbench.scenarios.stage import Stage
+from simbench.sequence import Truth
+
+__all__ = ["film"]
+
+
+def film(
+    stage: Stage,
+    keep: Callable[[int, NDArray[np.uint8]], None],
+    *,
+    progress: Callable[[int, int], None] | None = None,
+) -> Truth:
+    """Film a stage from the first to the last frame.
+
+    Parameters
+    ----------
+    stage : Stage
+    keep : callable of (index, image)
+        Takes each finished (H, W, 3) uint8 RGB picture; none is held here.
+    progress : callable of (done, total), optional
+
+    Returns
+    -------
+    Truth
+
+    Raises
+    ------
+    RenderError
+        If no OpenGL context opens, or the target is not in view in the first frame.
+    """
+    scenario = stage.scenario
+    imaging = scenario.imaging
+    scene = build_scene(stage)
+    trajectories = stage.trajectories
+    recorder = TruthRecorder(scene, trajectories, imaging.samples)
+    with PyrenderCamera(
+        scene, imaging.width_px, imaging.height_px, imaging.samples
+    ) as machine:
+        for index, camera in enumerate(stage.cameras):
+            poses, present = vehicle_poses(trajectories, index)
+            shot = machine.shoot(camera, poses, present, trajectories.target)
+            if index == 0 and not shot.target_alone.any():
+                raise RenderError(
+                    f"{scenario.name}: the camera does not see the target in the first "
+                    "frame, where trackers are started: change camera.look_at, "
+                    "camera.fov_rad or target.along_m"
+                )
+            recorder.add(shot, camera, poses)
+            rng = generator(scenario, stage.seed, "sensor", index)
+            keep(index, expose(shot.image, imaging, rng))
+            if progress is not None:
+                progress(index + 1, len(stage.cameras))
+    return recorder.finish(imaging.width_px, imaging.height_px)

@@ -1,0 +1,28 @@
+uniform vec3 eye;
+uniform vec3 to_sun;
+uniform vec3 sun;
+uniform vec3 ambient;
+uniform vec3 ground;
+uniform vec3 zenith;
+uniform vec3 horizon;
+uniform vec3 glow;
+uniform float haze;
+uniform float lamps;
+
+vec3 sky(vec3 direction) {
+    float up = max(direction.z, 0.0);
+    vec3 base = mix(zenith, horizon, 1.0 / (1.0 + 4.0 * up * (1.0 + 2.0 * up)));
+    float near_sun = max(dot(direction, to_sun), 0.0);
+    float wide = near_sun * near_sun * near_sun;
+    float tight = wide * wide;
+    tight *= tight;
+    tight *= tight;
+    return base + glow * (0.5 * wide * wide + 1.5 * tight);
+}
+
+vec3 film(vec3 light) {
+    // Narkowicz's fit of the ACES film curve; a square root is the display's gamma:
+    // half the shader's time would go into anything closer to 2.2.
+    vec3 mapped = light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14);
+    return sqrt(clamp(mapped, 0.0, 1.0));
+}

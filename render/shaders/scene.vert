@@ -1,0 +1,39 @@
+#version 330 core
+// Static and moving things alike. The last row of an instance's matrix, idle in an
+// affine map, carries its paint and id.
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec2 surface;
+layout(location = 3) in vec4 colour;
+layout(location = 4) in mat4 instance;
+
+uniform mat4 view_projection;
+uniform mat4 light_projection;
+
+out vec3 world;
+#if defined(GROUND) // one normal and colour a band: nothing to interpolate
+flat out vec3 facing;
+flat out vec3 albedo;
+#else
+out vec3 facing;
+out vec3 albedo;
+#endif
+out vec3 in_light;
+flat out uint identity;
+flat out int kind;
+
+invariant gl_Position;
+
+void main() {
+    mat3 turn = mat3(instance);
+    world = turn * position + instance[3].xyz;
+    facing = turn * normal;
+    vec3 paint = vec3(instance[0].w, instance[1].w, instance[2].w);
+    vec3 tint = mix(colour.rgb, paint, colour.a);
+    albedo = tint * tint;
+    identity = uint(surface.x + instance[3].w + 0.5);
+    kind = int(surface.y + 0.5);
+    vec4 lit = light_projection * vec4(world, 1.0);
+    in_light = lit.xyz * 0.5 + 0.5;
+    gl_Position = view_projection * vec4(world, 1.0);
+}
