@@ -154,7 +154,10 @@ def _mean_of_blocks(fine: NDArray[np.uint8], block: int) -> NDArray[np.uint8]:
     height, width = fine.shape[0] // block, fine.shape[1] // block
     blocks = fine.reshape(height, block, width, block, 3).astype(np.uint16)
     total = blocks.sum(axis=(1, 3), dtype=np.uint32)
-    return ((total + block * block // 2) // (block * block)).astype(np.uint8)
+    mean: NDArray[np.uint8] = np.asarray(
+        (total + block * block // 2) // (block * block), np.uint8
+    )
+    return mean
 
 
 def _require_complete() -> None:

@@ -168,8 +168,8 @@ def cylinder(
 ) -> Mesh:
     """Make a capped cylinder, or cone frustum, between two points [m], smooth-shaded.
 
-    The outline is a polygon of ``sides`` corners *around* the circle, so that its
-    silhouette is never narrower than ``radius`` asks.
+    Its corners lie on the circle: seen from the side it is between
+    ``cos(pi / sides)`` and 1 times as wide as the circle.
     """
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     axis = (b - a) / np.linalg.norm(b - a)

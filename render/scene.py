@@ -161,9 +161,8 @@ def _identified(mesh: Mesh, kind: str) -> Mesh:
 
 def _spots(start: float, end: float, spacing: float) -> NDArray[np.float64]:
     """Return multiples of the spacing, so that they stay put as the view changes."""
-    return (
-        np.arange(math.ceil(start / spacing), math.floor(end / spacing) + 1) * spacing
-    )
+    numbers = np.arange(math.ceil(start / spacing), math.floor(end / spacing) + 1)
+    return numbers.astype(np.float64) * spacing
 
 
 def _gantry_at(line: RoadLine, along_m: float, beam_m: float = 0.9) -> Mesh:

@@ -68,5 +68,5 @@ def _lose_detail(picture: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]
 def _compress(picture: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
     bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
     _, code = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    decoded = cv2.imdecode(code, cv2.IMREAD_COLOR)
+    decoded = np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR), np.uint8)
     return np.asarray(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), np.uint8)

@@ -169,7 +169,7 @@ def _post(low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
 def pole(width_m: float, height_m: float) -> Mesh:
     """Make a round steel pole of the given diameter, foot at the origin."""
     radius = width_m / 2.0
-    shaft = cylinder((0, 0, -0.5), (0, 0, height_m), radius, _STEEL, sides=16)
+    shaft = cylinder((0, 0, -0.5), (0, 0, height_m), radius, _STEEL, sides=32)
     foot = cylinder(
         (0, 0, -0.5), (0, 0, 0.12), radius * 1.6, (0.5, 0.5, 0.49), sides=12
     )

@@ -85,7 +85,7 @@ def hull_points(
 def _sumo_car(name: str) -> Mesh:
     """Load one of SUMO's cars (y up, front along +z) and give its parts surfaces."""
     path = resources.files("sumo_data") / "data" / "3D" / f"{name}.obj"
-    scene = trimesh.load(str(path), force="scene")
+    scene = trimesh.load_scene(str(path))
     looks: dict[str, tuple[Colour, Surface, bool]] = {
         "tires": (_TYRE, Surface.MATTE, False),
         "metal": (_GREY, Surface.MATTE, False),

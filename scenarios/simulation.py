@@ -20,7 +20,7 @@ from simbench.scenarios.schema import Scenario
 from simbench.scenarios.seeds import generator, stream
 from simbench.trajectories import LaneChange, Trajectories, Vehicle
 
-__all__ = ["simulate"]
+__all__ = ["raise_if_failed", "simulate", "smooth_lane"]
 
 logger = logging.getLogger(__name__)
 
@@ -129,12 +129,13 @@ def _run_sumo(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
             )
         except subprocess.TimeoutExpired as error:
             raise TrafficError(f"SUMO took longer than {_TIMEOUT_S:g} s") from error
-        _raise_if_failed(done)
+        raise_if_failed(done)
         with np.load(answer) as recording:
             return dict(recording)
 
 
-def _raise_if_failed(done: subprocess.CompletedProcess[bytes]) -> None:
+def raise_if_failed(done: subprocess.CompletedProcess[bytes]) -> None:
+    """Turn a failed SUMO process into an error that carries SUMO's own words."""
     if done.returncode < 0:
         raise TrafficError(f"SUMO crashed (signal {-done.returncode})")
     if done.returncode != 0:
@@ -186,12 +187,18 @@ def _trajectories(
     seed: int,
     redraws: int,
 ) -> Trajectories:
-    names: list[str] = recording["names"].tolist()
+    times = np.arange(scenario.frames, dtype=np.float64)
+    times *= scenario.imaging.interval_s
+    at = times / _STEP_S
+    shown = ~np.all(np.isnan(_sample(recording["front"], at)), axis=0)
+    front, lane = recording["front"][:, shown], recording["lane"][:, shown]
+    names: list[str] = recording["names"][shown].tolist()
     kinds = [_kind(name, scenario) for name in names]
     near = np.array([not name.startswith("far.") for name in names])
     lengths = np.array([FLEET[kind].length for kind in kinds])
-    lane = smooth_lane(recording["lane"])
-    along = recording["front"] - lengths / 2.0 - line.road.before_m
+    changes = _lane_changes(lane, names, times[-1])
+    lane = smooth_lane(lane)
+    along = front - lengths / 2.0 - line.road.before_m
     end = line.road.length_m - line.road.before_m
     along = np.where(near, along, end - line.road.before_m - along)
     lateral = line.lane_lateral(lane) * np.where(near, 1.0, -1.0)
@@ -200,9 +207,6 @@ def _trajectories(
     heading = line.heading_at(along) + turn + _drift(along, lateral, near)
     pitch = line.pitch_at(along) * np.where(near, 1.0, -1.0)
     velocity = _gradient(places)
-    times = np.arange(scenario.frames, dtype=np.float64)
-    times *= scenario.imaging.interval_s
-    at = times / _STEP_S
     looks = generator(scenario, seed, "looks")
     sampled = _sample(places, at)
     present = ~np.isnan(sampled[..., 0])
@@ -216,7 +220,7 @@ def _trajectories(
         speeds=np.linalg.norm(_sample(velocity, at), axis=-1),
         lanes=lanes.astype(np.int64),
         target=names.index("target"),
-        lane_changes=_lane_changes(recording["lane"], names, times[-1]),
+        lane_changes=changes,
         redraws=redraws,
     )
 

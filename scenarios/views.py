@@ -106,4 +106,5 @@ def _small_rotation(about_x: float, about_y: float) -> NDArray[np.float64]:
     cy, sy = math.cos(about_y), math.sin(about_y)
     first = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
     second = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
-    return second @ first
+    product: NDArray[np.float64] = second @ first
+    return product

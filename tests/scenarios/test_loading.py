@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from simbench.errors import ScenarioError
+from simbench.scenarios.loading import library, load_scenario, scenario_schema
+from tests.scenarios.stories import story
+
+
+def _write(folder: Path, text: str) -> Path:
+    path = folder / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _smoke_with(folder: Path, **changes: object) -> Path:
+    content = load_scenario("smoke").model_dump(mode="json") | changes
+    return _write(folder, yaml.safe_dump(content))
+
+
+@pytest.mark.parametrize("name", library())
+def test_every_library_scenario_loads_and_is_named_as_its_file(name: str) -> None:
+    assert load_scenario(name).name == name
+
+
+def test_library_holds_the_five_first_stories() -> None:
+    wanted = {"smoke", "free-flow", "lane-change", "poles", "bridge"}
+    assert wanted <= set(library())
+
+
+def test_a_path_loads_as_a_name_does(tmp_path: Path) -> None:
+    path = _smoke_with(tmp_path)
+    assert load_scenario(path).digest == load_scenario("smoke").digest
+
+
+def test_unknown_scenario_suggests_the_nearest() -> None:
+    with pytest.raises(ScenarioError, match=r"unknown scenario 'pole'.*'poles'"):
+        load_scenario("pole")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        pytest.param({"lanes": 3}, ["lanes", "unknown key", "3"], id="unknown key"),
+        pytest.param(
+            {"camera": {"fov_rad": 4.2}}, ["camera.fov_rad", "4.2"], id="out of range"
+        ),
+        pytest.param(
+            {"frames": "many"}, ["frames", "integer", "many"], id="wrong type"
+        ),
+        pytest.param(
+            {"target": {"lane": 5}},
+            ["target.lane", "road.lanes = 2"],
+            id="no such lane",
+        ),
+        pytest.param(
+            {"target": {"along_m": 1e4}}, ["target.along_m"], id="off the road"
+        ),
+        pytest.param(
+            {"occluders": [{"kind": "pole", "along_m": 4}]},
+            ["occluders.0", "either"],
+            id="half a place",
+        ),
+        pytest.param(
+            {"target": {"manoeuvres": [{"at_s": 1}]}},
+            ["manoeuvres.0", "exactly one"],
+            id="empty manoeuvre",
+        ),
+        pytest.param(
+            {"camera": {"fov_rad": float("nan")}}, ["camera.fov_rad"], id="nan"
+        ),
+    ],
+)
+def test_a_mistake_is_one_line_with_file_and_key(
+    tmp_path: Path, changes: dict[str, object], words: list[str]
+) -> None:
+    path = _smoke_with(tmp_path, **changes)
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(word in message for word in [str(path), *words]), message
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        pytest.param("a: [1", "not YAML", id="broken"),
+        pytest.param("- 1\n- 2", "mapping", id="list"),
+        pytest.param("", "mapping", id="empty"),
+        pytest.param("name: x", "required but missing", id="incomplete"),
+    ],
+)
+def test_text_that_is_no_scenario_is_refused_in_one_line(
+    tmp_path: Path, text: str, word: str
+) -> None:
+    with pytest.raises(ScenarioError, match=word) as caught:
+        load_scenario(_write(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"gone\.yaml: cannot be read"):
+        load_scenario(tmp_path / "gone.yaml")
+
+
+def test_the_schema_accepts_the_library_and_refuses_an_unknown_key() -> None:
+    validator = Draft202012Validator(scenario_schema())
+    content = load_scenario("poles").model_dump(mode="json")
+    assert validator.is_valid(content)
+    assert not validator.is_valid(content | {"lanes": 3})
+
+
+def test_digest_changes_with_any_value_and_not_with_key_order() -> None:
+    one = story(frames=3)
+    assert one.digest == story(frames=3).digest
+    assert one.digest != story(frames=4).digest
+
+
+def test_shortened_never_lengthens() -> None:
+    assert story(frames=5).shortened(3).frames == 3
+    assert story(frames=5).shortened(9).frames == 5
+
+
+def test_dials_that_are_not_set_are_not_requested() -> None:
+    dials = {"occlusion": {"hidden": 0.5, "frames": 4}}
+    flat = story(dials=dials).dials.flat()
+    assert flat == {"occlusion.hidden": 0.5, "occlusion.frames": 4}

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import simbench
+from simbench.errors import RenderError
+from simbench.sequence import Sequence
+from tests.scenarios.stories import story
+
+pytestmark = [pytest.mark.gl, pytest.mark.sumo]
+
+
+def _digest(sequence: Sequence) -> str:
+    digest = hashlib.sha256()
+    for frame in sequence.frames:
+        digest.update(frame.image.tobytes())
+    digest.update(sequence.truth.boxes.tobytes())
+    digest.update(sequence.truth.visible_fraction.tobytes())
+    return digest.hexdigest()
+
+
+def _smoke(seed: int) -> Sequence:
+    return simbench.generate(simbench.load_scenario("smoke"), seed)
+
+
+def test_same_seed_gives_the_same_bytes_in_this_and_another_process() -> None:
+    program = (
+        "from tests.test_generation import _digest, _smoke\nprint(_digest(_smoke(3)))"
+    )
+    other = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert other.stdout.strip() == _digest(_smoke(3))
+
+
+def test_another_seed_gives_other_pictures() -> None:
+    assert _digest(_smoke(3)) != _digest(_smoke(4))
+
+
+def test_smoke_has_real_occlusion_and_back() -> None:
+    fraction = _smoke(0).truth.visible_fraction
+    assert fraction[0] == 1.0
+    assert fraction.min() < 0.5
+    assert fraction[-1] > 0.9
+
+
+def test_frames_stay_on_disk_and_truth_comes_back_as_filmed(tmp_path: Path) -> None:
+    sequence = simbench.generate(simbench.load_scenario("smoke"), 0, tmp_path)
+    assert len(list((tmp_path / "frames").glob("*.png"))) == len(sequence) == 24
+    assert sequence.truth.boxes.shape == (24, 4)
+    assert not sequence.frames[0].image.flags.writeable
+    assert [frame.time_s for frame in sequence.frames] == pytest.approx(
+        np.arange(24) * 0.04
+    )
+
+
+def test_a_temporary_folder_goes_with_its_sequence() -> None:
+    sequence = _smoke(0)
+    folder = Path(sequence.frames.folder)  # type: ignore[attr-defined]  # FrameFolder
+    assert folder.exists()
+    del sequence
+    assert not folder.exists()
+
+
+def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> None:
+    place = {"along_m": 0, "lateral_m": 0, "height_m": 3}
+    away = {"along_m": -40, "lateral_m": 0, "height_m": 3}
+    blind = story(camera={"position": place, "look_at": away})
+    with pytest.raises(RenderError, match=r"does not see the target.*camera\.look_at"):
+        simbench.generate(blind, 0)
+
+
+def test_a_negative_seed_is_refused() -> None:
+    with pytest.raises(ValueError, match="at least 0, got -1"):
+        _smoke(-1)
+
+
+def test_requested_and_achieved_stand_side_by_side() -> None:
+    scenario = story(dials={"displacement_px": 3, "target_px": 20})
+    sequence = simbench.generate(scenario, 0)
+    assert set(sequence.requested) <= set(sequence.achieved)
+    moves = sequence.truth.displacement_px[1:]
+    assert sequence.achieved["displacement_px"] == pytest.approx(np.median(moves))
