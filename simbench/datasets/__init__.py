@@ -1,0 +1,1 @@
+"""Sequences on disk: reading and writing the layouts that the bench knows."""

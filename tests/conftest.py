@@ -1,0 +1,20 @@
+"""Fixtures that many tests share: a seeded generator and a tiny sequence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simbench.sequence import Sequence
+from tests.tiny_sequence import tiny_sequence
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20_240_901)
+
+
+@pytest.fixture
+def tiny() -> Sequence:
+    """Eight frames of 32 x 24 px: a red block moving right by 2 px a frame."""
+    return tiny_sequence()

@@ -1,0 +1,92 @@
+"""A sequence small enough to check by head, with every part of the truth filled in."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.camera import Camera
+from simbench.frame import Frame
+from simbench.mask import Mask
+from simbench.sequence import Sequence, Truth, VehicleTruth
+from simbench.trajectories import LaneChange, Vehicle
+
+WIDTH, HEIGHT = 32, 24
+LEFT, TOP, SIDE, STEP = 4, 6, 8, 2
+"""The block in frame 0, its size and its move a frame, all in px."""
+
+
+def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequence:
+    """Return ``frames`` pictures of a red block on grey that moves right."""
+    lefts = LEFT + STEP * np.arange(frames)
+    boxes = np.stack(
+        [lefts, np.full(frames, TOP), *np.full((2, frames), SIDE)], axis=1
+    ).astype(np.float64)
+    pictures = [_picture(left) for left in lefts.tolist()]
+    times = np.arange(frames) / 25.0
+    displacement = np.full(frames, float(STEP))
+    displacement[0] = np.nan
+    absent = np.zeros(frames, dtype=np.bool_)
+    return Sequence(
+        name=name,
+        frames=[
+            Frame(p, float(t), i)
+            for i, (p, t) in enumerate(zip(pictures, times, strict=True))
+        ],
+        truth=Truth(
+            boxes=boxes,
+            visible_boxes=boxes.copy(),
+            visible_fraction=np.ones(frames),
+            absent=absent,
+            cut_by_image=boxes[:, 0] + SIDE > WIDTH,
+            displacement_px=displacement,
+            occluders=("pole", *[""] * (frames - 1)),
+            vehicles=_vehicles(boxes, pictures),
+        ),
+        width=WIDTH,
+        height=HEIGHT,
+        seed=seed,
+        cameras=tuple(_camera(0.1 * i) for i in range(frames)),
+        lane_changes=(LaneChange("target", 0.1, 0.2, 0, 1),),
+        requested={"displacement_px": 2.0},
+        achieved={"displacement_px": 2.0, "hidden": float("nan")},
+        scenario={"name": name, "frames": frames, "dials": {"displacement_px": 2.0}},
+        digest="ab" * 32,
+        redraws=1,
+    )
+
+
+def _camera(sway: float) -> Camera:
+    eye, target = (0.0, sway, 6.0), (30.0, 0.0, 0.0)
+    return Camera.look_at(eye, target, fov_rad=0.6, width=WIDTH, height=HEIGHT)
+
+
+def _picture(left: int) -> NDArray[np.uint8]:
+    rng = np.random.default_rng(left)
+    image = rng.integers(110, 130, (HEIGHT, WIDTH, 3), dtype=np.uint8)
+    image[TOP : TOP + SIDE, left : left + SIDE] = (200, 20, 10)
+    image.flags.writeable = False
+    return image
+
+
+def _vehicles(
+    boxes: NDArray[np.float64],
+    pictures: list[NDArray[np.uint8]],
+) -> VehicleTruth:
+    count = len(boxes)
+    seen = np.stack([boxes, np.full((count, 4), np.nan)], axis=1)
+    steps = np.arange(count, dtype=np.float64)
+    return VehicleTruth(
+        vehicles=(
+            Vehicle("target", "car", 4.5, 1.8, 1.5, (200, 20, 10)),
+            Vehicle("other", "truck", 7.1, 2.4, 2.4, (0, 0, 255)),
+        ),
+        ids=np.array([1, 2]),
+        boxes=seen,
+        visible_boxes=seen.copy(),
+        visible_px=np.stack([np.full(count, 64.0), np.zeros(count)], axis=1),
+        depths=np.stack([20.0 + steps, 40.0 + steps], axis=1),
+        positions=np.stack([np.stack([steps, 0 * steps, 0 * steps], 1)] * 2, axis=1),
+        headings=np.zeros((count, 2)),
+        masks=tuple({1: Mask.from_array(p[..., 0] == 200)} for p in pictures),
+    )
