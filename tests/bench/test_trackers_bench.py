@@ -1,0 +1,132 @@
+"""Speed of the particle filters, as ratios measured in one run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from simbench.box import Box, overlap
+from simbench.tracker import Tracker
+from simbench.trackers.colour_likelihood import ColourLikelihood
+from simbench.trackers.condensation import Condensation
+from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from tests.trackers.clips import Clip, film, straight
+
+pytestmark = pytest.mark.bench
+
+PARTICLES = 100
+SIZE = (720, 480)
+HALF_AXES = (20.0, 15.0)  # ellipses in boxes of 40 x 30 px
+OBSERVATION_RATIO = 10.0
+TRACKER_RATIO = 5.0
+
+
+@pytest.fixture(scope="module")
+def clip() -> Clip:
+    """An easy clip that both trackers hold."""
+    centres = straight(80, (150, 240), (3.0, 0.4))
+    return film(centres, np.full(80, 40.0), size=SIZE)
+
+
+def calc_hist_similarities(
+    image: NDArray[np.uint8],
+    ellipses: NDArray[np.float64],
+    reference: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return similarities from cv2.calcHist on each particle's crop, masked."""
+    result = np.empty(len(ellipses))
+    for n, (x, y, half_width, half_height) in enumerate(ellipses.tolist()):
+        left, top = max(round(x - half_width), 0), max(round(y - half_height), 0)
+        right, bottom = round(x + half_width), round(y + half_height)
+        crop = cv2.cvtColor(image[top:bottom, left:right], cv2.COLOR_RGB2HSV)
+        mask = np.zeros(crop.shape[:2], np.uint8)
+        middle = (round(x - left - 0.5), round(y - top - 0.5))
+        axes = (round(half_width), round(half_height))
+        cv2.ellipse(mask, middle, axes, 0.0, 0.0, 360.0, 255, -1)
+        ranges = [0, 180, 0, 256, 0, 256]
+        counts = cv2.calcHist([crop], [0, 1, 2], mask, [8, 8, 4], ranges).ravel()
+        result[n] = np.sum(np.sqrt(counts / counts.sum() * reference))
+    return result
+
+
+def interleaved(
+    first: Callable[[], object], second: Callable[[], object], rounds: int
+) -> tuple[float, float]:
+    """Return the median seconds of two calls made in turn."""
+    seconds = np.empty((rounds, 2))
+    for index in range(rounds):
+        for which, call in enumerate((first, second)):
+            start = time.perf_counter()
+            call()
+            seconds[index, which] = time.perf_counter() - start
+    medians = np.median(seconds, axis=0)
+    return float(medians[0]), float(medians[1])
+
+
+def test_observation_beats_calc_hist_on_crops_tenfold(
+    clip: Clip, benchmark: BenchmarkFixture
+) -> None:
+    rng = np.random.default_rng(3)
+    image = clip.frames[0].image
+    x, y = Box.from_array(clip.boxes[0]).center
+    target = np.array([x, y, *HALF_AXES])
+    ellipses = target + rng.standard_normal((PARTICLES, 4)) * [8.0, 8.0, 1.0, 1.0]
+    # The paper's likelihood: the surround would add a second, smaller histogram.
+    likelihood = ColourLikelihood(image, target, samples=128, sigma=0.1, surround=0.0)
+    reference = likelihood.reference
+
+    sampled = likelihood.similarities(image, ellipses)
+    exact = calc_hist_similarities(image, ellipses, reference)
+    error = sampled - exact
+    assert abs(error.mean()) < 0.06  # few samples lose (bins - 1) / (8 K) of rho
+    assert error.std() < 0.045  # sampling error: 1 / (2 sqrt(K))
+    assert np.corrcoef(sampled, exact)[0, 1] > 0.97
+
+    slow, fast = interleaved(
+        lambda: calc_hist_similarities(image, ellipses, reference),
+        lambda: likelihood.similarities(image, ellipses),
+        rounds=50,
+    )
+    benchmark.extra_info["ratio to cv2.calcHist"] = slow / fast
+    benchmark(likelihood.similarities, image, ellipses)
+    assert slow / fast >= OBSERVATION_RATIO
+
+
+def hold(tracker: Tracker, clip: Clip) -> tuple[float, float]:
+    """Return the median seconds of an update, and the share of frames held."""
+    tracker.init(
+        clip.frames[0], Box.from_array(clip.boxes[0]), np.random.default_rng(0)
+    )
+    seconds, rows = [], []
+    for frame in clip.frames[1:]:
+        start = time.perf_counter()
+        estimate = tracker.update(frame)
+        seconds.append(time.perf_counter() - start)
+        rows.append(estimate.box.to_array())
+    held = overlap(np.array(rows), clip.boxes[1:]) > 0.5
+    return float(np.median(seconds)), float(held.mean())
+
+
+@pytest.mark.skipif(
+    "KCF" not in opencv_tracker_names(),
+    reason="needs KCF, from opencv-contrib-python-headless",
+)
+def test_condensation_beats_kcf_fivefold_on_a_clip_both_hold(
+    clip: Clip, benchmark: BenchmarkFixture
+) -> None:
+    ratios = []
+    for _ in range(5):  # in turn: both see the same load
+        kcf, kcf_held = hold(OpenCvTracker("KCF"), clip)
+        ours, ours_held = hold(Condensation(), clip)
+        assert min(kcf_held, ours_held) > 0.9  # a lost KCF returns early and looks fast
+        ratios.append(kcf / ours)
+    ratio = float(np.median(ratios))
+    benchmark.extra_info["ratio to KCF"] = ratio
+    benchmark(hold, Condensation(), clip)
+    assert ratio >= TRACKER_RATIO

@@ -1,0 +1,226 @@
+"""The particle trackers on synthetic clips: they follow, and count their work."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simbench.box import Box, centers, overlap
+from simbench.trackers import colour_histogram, colour_likelihood
+from simbench.trackers.appearance import Appearance
+from simbench.trackers.condensation import Condensation
+from simbench.trackers.directional import Directional, directional_45, directional_90
+from simbench.trackers.dsp import DynamicSwarmParticle
+from simbench.trackers.finding import find_tracker
+from simbench.trackers.patches import normalised_patches
+from simbench.trackers.still import Still
+from simbench.trackers.swarm import Swarm
+from tests.trackers.clips import Clip, film, follow, straight, success
+
+FOLLOWERS = ["condensation", "directional-90", "directional-45", "dsp"]
+
+
+@pytest.fixture(scope="module")
+def crossing() -> Clip:
+    """A car crosses the picture, 4 px a frame."""
+    return film(straight(70, (40, 150), (4.0, 0.5)), np.full(70, 50.0))
+
+
+@pytest.fixture(scope="module")
+def receding() -> Clip:
+    """A car seen from behind shrinks threefold while it hardly moves."""
+    return film(straight(150, (240, 200), (-0.2, -0.5)), np.geomspace(90, 30, 150))
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+def test_tracker_follows_a_crossing_car(name: str, crossing: Clip) -> None:
+    boxes = follow(find_tracker(name).make(), crossing)
+    assert success(boxes, crossing) > 0.9
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+def test_tracker_follows_the_size_of_a_receding_car(name: str, receding: Clip) -> None:
+    boxes = follow(find_tracker(name).make(), receding)
+    assert success(boxes, receding) > 0.9
+    assert 0.7 < boxes[-1, 2] / receding.boxes[-1, 2] < 1.4
+
+
+def test_still_tracker_stays_and_fails(crossing: Clip) -> None:
+    boxes = follow(Still(), crossing)
+    assert np.ptp(boxes, axis=0).tolist() == [0.0] * 4
+    assert success(boxes, crossing) < 0.2
+
+
+def test_size_is_lost_without_the_surround(crossing: Clip) -> None:
+    sizes = []
+    for surround in (0.0, 1.0):
+        boxes = follow(directional_45(surround=surround), crossing)
+        sizes.append(float(np.mean(overlap(boxes, crossing.boxes)[-20:])))
+    assert sizes[0] + 0.1 < sizes[1]
+
+
+def test_condensation_with_a_tenth_of_its_particles_is_worse(crossing: Clip) -> None:
+    errors = []
+    for particles in (10, 100):
+        runs = [
+            follow(Condensation(particles=particles), crossing, s) for s in range(5)
+        ]
+        offsets = [centers(run) - centers(crossing.boxes) for run in runs]
+        errors.append(np.mean([np.hypot(*offset.T).mean() for offset in offsets]))
+    assert errors[0] > 1.5 * errors[1]
+
+
+def test_condensation_measures_every_particle_once_a_frame(crossing: Clip) -> None:
+    tracker = Condensation(particles=37)
+    tracker.init(
+        crossing.frames[0], Box.from_array(crossing.boxes[0]), np.random.default_rng(0)
+    )
+    used = [tracker.update(frame).particles for frame in crossing.frames[1:6]]
+    assert used == [37] * 5
+
+
+def test_narrower_gate_measures_fewer_particles(crossing: Clip) -> None:
+    means = []
+    for name in ("condensation", "directional-90", "directional-45", "directional-22"):
+        tracker = find_tracker(name).make()
+        box = Box.from_array(crossing.boxes[0])
+        tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+        used = [tracker.update(frame).particles for frame in crossing.frames[1:]]
+        means.append(np.mean(used[20:]))
+    assert means[0] == 100
+    assert means[0] > means[1] + 10 > means[2] + 20 > means[3] + 25
+
+
+def test_gated_particles_never_reach_the_likelihood(
+    crossing: Clip, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows: list[int] = []
+    kernel = colour_histogram.similarities
+
+    def counted(*arguments: NDArray[np.float64]) -> NDArray[np.float64]:
+        rows.append(len(arguments[2]))
+        result: NDArray[np.float64] = kernel(*arguments)
+        return result
+
+    monkeypatch.setattr(colour_likelihood, "similarities", counted)
+    tracker = directional_45(surround=0.0)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    rows.clear()
+    used = [tracker.update(frame).particles for frame in crossing.frames[1:]]
+    assert rows == used
+    assert min(rows) < 80
+
+
+def test_gate_that_nothing_passes_falls_back_to_all_and_is_counted(
+    crossing: Clip,
+) -> None:
+    tracker = Directional(half_angle=1e-6)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    used = [tracker.update(frame).particles for frame in crossing.frames[1:]]
+    assert tracker.fallbacks > 0
+    assert used[-1] == 100
+
+
+def test_gate_stays_open_for_a_car_that_stands() -> None:
+    standing = film(straight(30, (200, 150), (0.0, 0.0)), np.full(30, 50.0))
+    tracker = directional_90()
+    box = Box.from_array(standing.boxes[0])
+    tracker.init(standing.frames[0], box, np.random.default_rng(0))
+    used = [tracker.update(frame).particles for frame in standing.frames[1:]]
+    assert used == [100] * 29
+
+
+@pytest.mark.parametrize("name", ["condensation", "directional-45", "dsp"])
+def test_cloud_is_kept_only_on_request(name: str, crossing: Clip) -> None:
+    box = Box.from_array(crossing.boxes[0])
+    for keep in (False, True):
+        tracker = find_tracker(f"{name}@keep_cloud={keep}").make()
+        tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+        cloud = tracker.update(crossing.frames[1]).cloud
+        if not keep:
+            assert cloud is None
+            continue
+        assert cloud is not None
+        assert cloud.shape[1] == 3
+        assert cloud[:, 2].sum() == pytest.approx(1.0)
+
+
+def test_swarm_uses_whole_rounds_and_no_more_than_its_limit(crossing: Clip) -> None:
+    tracker = DynamicSwarmParticle(particles=10, iterations=5, stop=1.1)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    tracker.update(crossing.frames[1])
+    # Never sure enough: both places and five swarm steps.
+    assert tracker.update(crossing.frames[2]).particles == 10 * (2 + 5)
+
+
+def test_sure_swarm_stops_after_one_round(crossing: Clip) -> None:
+    tracker = DynamicSwarmParticle(particles=10, stop=0.0)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    tracker.update(crossing.frames[1])
+    assert tracker.update(crossing.frames[2]).particles == 10
+
+
+def test_swarm_draws_particles_to_its_best(rng: np.random.Generator) -> None:
+    states = np.tile(np.array([[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), (30, 1, 1))
+    states[:, :, 2] = rng.normal(0.0, 20.0, (30, 2))
+    target = np.array([5.0, -3.0])
+
+    def confidences(where: NDArray[np.float64]) -> NDArray[np.float64]:
+        squared = np.sum((where[:, :, 2] - target) ** 2, axis=1)
+        return np.asarray(np.exp(-squared / 800.0))
+
+    swarm = Swarm.start(states, confidences(states))
+    before = np.linalg.norm(swarm.best[:, 2] - target)
+    for _ in range(20):
+        swarm.move(inertia=0.73, own=2.05, common=2.05, rng=rng)
+        swarm.remember(confidences(swarm.states))
+    after = np.linalg.norm(swarm.best[:, 2] - target)
+    assert after < 0.5 < before
+
+
+def test_confidence_falls_away_from_the_target(
+    crossing: Clip, rng: np.random.Generator
+) -> None:
+    x, y = centers(crossing.boxes[0]).tolist()
+    width, height = crossing.boxes[0, 2:].tolist()
+    state = np.array([[width, 0.0, x], [0.0, height, y]])
+    appearance = Appearance(
+        crossing.frames[0].image,
+        state,
+        hidden=100,
+        structure=0.4,
+        surround=1.0,
+        rng=rng,
+    )
+    states = np.tile(state, (4, 1, 1))
+    states[:, 0, 2] += width * np.array([0.0, 0.2, 0.5, 2.0])
+    confidences = appearance.confidences(crossing.frames[0].image, states)
+    assert appearance.evaluations == 4
+    assert confidences[0] > 0.85
+    assert np.all(np.diff(confidences) < -0.1)
+    assert confidences[-1] < 0.4
+
+
+def test_patch_is_normalised_and_blind_to_brightness(
+    rng: np.random.Generator,
+) -> None:
+    image = rng.integers(0, 120, (60, 80, 3), dtype=np.uint8)
+    state = np.array([[[32.0, 0.0, 40.0], [0.0, 32.0, 30.0]]])
+    patch = normalised_patches(image, state)[0]
+    assert patch.mean() == pytest.approx(0.0, abs=1e-6)
+    assert math.sqrt(float(patch @ patch)) == pytest.approx(1.0, abs=1e-5)
+    brighter = normalised_patches((2 * image + 10).astype(np.uint8), state)[0]
+    assert float(patch @ brighter) > 0.999
+
+
+def test_flat_patch_is_all_zero() -> None:
+    image = np.full((60, 80, 3), 90, np.uint8)
+    state = np.array([[[32.0, 0.0, 40.0], [0.0, 32.0, 30.0]]])
+    assert not normalised_patches(image, state).any()

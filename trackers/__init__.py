@@ -1,0 +1,1 @@
+"""Who follows: particle filters and the floor that every score must beat."""
