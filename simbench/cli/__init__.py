@@ -1,0 +1,99 @@
+"""The command line: ``simbench COMMAND``.
+
+Exit status 0 says all is well, 1 that a run failed or got worse, 2 that the input or
+the set-up is wrong, 130 that Ctrl-C stopped it. Heavy modules load inside the commands,
+so that ``simbench --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simbench import __version__
+from simbench.cli import filming, gate, looking, running
+from simbench.errors import SimbenchError
+
+__all__ = ["execute", "main"]
+
+logger = logging.getLogger(__name__)
+
+BAD_INPUT = 2
+
+app = typer.Typer(
+    name="simbench",
+    help="Make traffic, film it, run vehicle trackers on it, and score them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(running.run)
+app.command("generate")(filming.generate)
+app.command("check")(gate.check)
+app.command("report")(running.report)
+app.command("list")(looking.list_all)
+app.command("show")(filming.show)
+app.command("doctor")(looking.doctor)
+app.command("schema")(looking.schema)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"simbench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _settings(
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Log everything, and show tracebacks.")
+    ] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            help="Print the version and leave.",
+            is_eager=True,
+            callback=_print_version,
+        ),
+    ] = False,
+) -> None:
+    level = logging.DEBUG if debug else logging.WARNING
+    logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
+    logging.getLogger("simbench").setLevel(level)
+
+
+def execute(arguments: Sequence[str]) -> int:
+    """Run one command and return its exit status; a mistake is one line on stderr."""
+    try:
+        return app(list(arguments), prog_name="simbench", standalone_mode=False) or 0
+    except SimbenchError as error:
+        return _complain(str(error))
+    except typer.TyperException as error:
+        return _complain(error.format_message())
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _complain(f"{where}{error.strerror or error}")
+
+
+def main() -> None:
+    """Run the command that was typed."""
+    # a tracker of one's own lies where one works; at the end, so that it hides nothing
+    sys.path.append(str(Path.cwd()))
+    sys.exit(execute(sys.argv[1:]))
+
+
+def _complain(message: str) -> int:
+    logger.debug("this ended the command:", exc_info=True)
+    print(f"simbench: {' '.join(message.split())}", file=sys.stderr)
+    return BAD_INPUT

@@ -1,0 +1,147 @@
+"""What the commands show: progress with time left, and tables."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from simbench.scores import Scores
+
+__all__ = ["interruptible", "print_table", "progress_bar", "score_table"]
+
+_LINE_EVERY_S = 15.0
+_ENOUGH = 0.02  # of the work done, before a guess at the rest is worth a line
+Tell = Callable[[float, float, str], None]
+
+
+@contextmanager
+def progress_bar(console: Console) -> Iterator[Tell]:
+    """Yield a function to call with work done, all work and what is being done.
+
+    On a terminal it moves a bar with the time left; elsewhere, as in a CI log, it
+    prints a line now and then.
+    """
+    if not console.is_terminal:
+        yield _lines(console)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        row = bar.add_task("starting", total=None)
+
+        def tell(done: float, total: float, doing: str) -> None:
+            bar.update(row, completed=done, total=total, description=doing)
+
+        yield tell
+
+
+@contextmanager
+def interruptible(hint: str) -> Iterator[None]:
+    """Turn Ctrl-C into one line and exit status 130.
+
+    Parameters
+    ----------
+    hint : str
+        How to go on.
+    """
+    import typer
+
+    try:
+        yield
+    except KeyboardInterrupt:
+        Console(stderr=True).print(f"simbench: stopped; {hint}", highlight=False)
+        raise typer.Exit(130) from None
+
+
+def score_table(scores: Scores) -> Table:
+    """Return the means over seeds as a table, a row a scenario and tracker."""
+    from simbench.statistics import summary
+
+    measures = {
+        "precision_20": ("precision", "{:.3f}"),
+        "success_50": ("success", "{:.3f}"),
+        "success_auc": ("area", "{:.3f}"),
+        "center_error_px": ("error", "{:.1f}"),
+        "particles_mean": ("particles", "{:.0f}"),
+        "fps": ("fps", "{:.0f}"),
+    }
+    caption = (
+        "means over seeds: precision at 20 px, success at overlap 0.5, area below the "
+        "success curve, error in px at the centre, particles a frame, frames/s"
+    )
+    table = Table(
+        "scenario",
+        "tracker",
+        caption=caption,
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+        pad_edge=False,
+    )
+    for title, _ in measures.values():
+        table.add_column(title, justify="right")
+    means = summary(scores.runs, list(measures))
+    last = None
+    for _, row in means.iterrows():
+        if last not in (None, row["scenario"]):
+            table.add_section()
+        last = row["scenario"]
+        cells = [_number(row[f"{m}.mean"], form) for m, (_, form) in measures.items()]
+        table.add_row(row["scenario"], row["tracker"], *cells)
+    return table
+
+
+def print_table(
+    console: Console, headings: Sequence[str], rows: Iterable[Sequence[str]]
+) -> None:
+    """Print a plain table."""
+    table = Table(
+        *headings,
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        show_edge=False,
+        pad_edge=False,
+    )
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def _number(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else form.format(value)
+
+
+def _lines(console: Console) -> Tell:
+    began = time.monotonic()
+    last = began
+
+    def tell(done: float, total: float, doing: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < _LINE_EVERY_S or not _ENOUGH * total < done < total:
+            return
+        last = now
+        left_s = (now - began) * (total - done) / done
+        line = f"{100 * done / total:3.0f} %, about {left_s:.0f} s left; {doing}"
+        console.print(line, highlight=False)
+
+    return tell

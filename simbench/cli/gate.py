@@ -1,0 +1,120 @@
+"""The regression gate: ``check``."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from simbench.cli.arguments import Jobs, trackers_from
+from simbench.cli.display import (
+    interruptible,
+    print_table,
+    progress_bar,
+    score_table,
+)
+from simbench.errors import SimbenchError
+
+if TYPE_CHECKING:
+    from simbench.baseline import Baseline
+    from simbench.running.suite import Suite
+    from simbench.scores import Scores
+
+__all__ = ["check"]
+
+
+def check(
+    baseline: Annotated[
+        Path, typer.Option(help="File with the suite and its numbers.")
+    ],
+    update: Annotated[
+        bool, typer.Option("--update", help="Write what this version reaches.")
+    ] = False,
+    reason: Annotated[str, typer.Option(help="Why, for --update.")] = "",
+    junit: Annotated[Path | None, typer.Option(help="JUnit XML to write.")] = None,
+    trackers: Annotated[
+        str, typer.Option(help="Only these: [LABEL=]NAME[@PARAM=VALUE]...")
+    ] = "",
+    jobs: Jobs = None,
+) -> None:
+    """Run the suite in a baseline file and exit 1 if precision, success or usage fell.
+
+    With --update, write the numbers of this version instead; a file that is not there
+    yet gets the default suite.
+    """
+    from simbench.baseline import Baseline
+    from simbench.running.suite import DEFAULT_SUITE, Suite
+
+    console = Console()
+    if update and not reason.strip():
+        raise SimbenchError('--update wants --reason "why the numbers change"')
+    known = Baseline.read(baseline) if baseline.exists() or not update else None
+    suite = Suite.from_settings(known.settings) if known else DEFAULT_SUITE
+    if trackers:
+        specs = trackers_from(trackers)
+        suite = replace(suite, trackers=trackers.split(","))
+        labels = {spec.label for spec in specs}
+        if known is not None and not update:
+            rows = [row for row in known.rows if row.tracker in labels]
+            known = replace(known, rows=rows)
+    scores = _run(suite, jobs, console)
+    if update:
+        _update(baseline, suite, scores, reason, console)
+    elif known is not None:
+        _compare(known, scores, junit, console)
+
+
+def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
+    from simbench.environment import core_count
+    from simbench.running.folder import RunFolder
+    from simbench.running.grid import run_grid
+
+    request = suite.request()
+    with (
+        tempfile.TemporaryDirectory(prefix="simbench-check-") as folder,
+        interruptible("nothing was written"),
+        progress_bar(console) as progress,
+    ):
+        scores, sequences = run_grid(
+            request,
+            RunFolder(Path(folder)),
+            jobs=jobs or core_count(),
+            progress=progress,
+        )
+    if not sequences:  # not one: no version of a tracker is to blame for that
+        raise SimbenchError(str(scores.runs["reason"].iloc[0]))
+    return scores
+
+
+def _update(
+    path: Path, suite: Suite, scores: Scores, reason: str, console: Console
+) -> None:
+    from simbench.baseline import Baseline
+    from simbench.environment import versions
+
+    made = Baseline.from_scores(
+        scores, reason=reason, versions=versions(), settings=suite.to_settings()
+    )
+    made.write(path)
+    console.print(score_table(scores))
+    console.print(f"baseline: {path}", highlight=False, soft_wrap=True)
+
+
+def _compare(
+    baseline: Baseline, scores: Scores, junit: Path | None, console: Console
+) -> None:
+    from simbench.regression import TABLE_HEADINGS, compare, table_rows, write_junit
+
+    checks = compare(baseline, scores)
+    print_table(console, TABLE_HEADINGS, table_rows(checks))
+    if junit is not None:
+        write_junit(junit, checks)
+    failed = [found for found in checks if not found.passed]
+    for found in failed:
+        console.print(found.message, style="red", highlight=False, soft_wrap=True)
+    console.print(f"{len(failed)} of {len(checks)} checks failed", highlight=False)
+    raise typer.Exit(1 if failed else 0)

@@ -1,0 +1,1 @@
+"""Running trackers over scenarios and seeds in worker processes."""

@@ -1,0 +1,187 @@
+"""The main job: film every scenario and seed, run every tracker, collect the scores."""
+
+from __future__ import annotations
+
+import shutil
+from collections import deque
+from collections.abc import Callable
+
+from simbench.datasets.native import is_finished, read_sequence
+from simbench.running.folder import RunFolder
+from simbench.running.plan import Chase, Shoot, plan
+from simbench.running.request import Request
+from simbench.running.tasks import film, follow
+from simbench.running.workers import Crew, Event, Job
+from simbench.scores import Scores
+from simbench.sequence import Sequence
+
+__all__ = ["Progress", "finished_scores", "run_grid"]
+
+Progress = Callable[[float, float, str], None]
+"""Called with the work done, all the work, and what is being done."""
+
+_FILMING_COST = 10.0  # filming a frame takes about as long as following ten
+_GRACE_S = 5.0  # for reading pictures and writing scores, beside the tracker's time
+_FILM_LIMIT_S = 120.0
+_FILM_LIMIT_A_FRAME_S = 5.0
+
+
+def run_grid(
+    request: Request,
+    folder: RunFolder,
+    *,
+    jobs: int = 1,
+    keep_sequences: bool = False,
+    progress: Progress | None = None,
+) -> tuple[Scores, dict[str, Sequence]]:
+    """Do all of a request that is not done yet, and return the scores of all of it.
+
+    Parameters
+    ----------
+    request : Request
+    folder : RunFolder
+        Claimed by the caller.
+    jobs : int
+        Worker processes at a time.
+    keep_sequences : bool
+        Leave all sequences in the folder, not only those returned.
+    progress : callable, optional
+
+    Returns
+    -------
+    scores : Scores
+        In the order of the request: scenarios, seeds, trackers, repetitions. A run
+        that failed, or whose sequence could not be made, has its row and its reason.
+    sequences : dict from scenario name to Sequence
+        That of the first seed of each scenario, still on disk in the folder.
+    """
+    shoots = plan(request, folder)
+    grid = _Grid(shoots, request.timeout_s, keep_sequences)
+    with Crew(jobs, _environment(jobs), folder.log) as crew:
+        while grid.step(crew):
+            if progress is not None:
+                progress(*grid.standing())
+    firsts = {
+        shoot.scenario.name: read_sequence(shoot.sequence)
+        for shoot in shoots
+        if shoot.is_first and is_finished(shoot.sequence)
+    }
+    return grid.scores(), firsts
+
+
+def finished_scores(request: Request, folder: RunFolder) -> Scores | None:
+    """Return the scores of a request of which nothing is left to do, else None."""
+    chases = [chase for shoot in plan(request, folder) for chase in shoot.chases]
+    if not all(chase.part.exists() for chase in chases):
+        return None
+    return Scores.concat(Scores.read(chase.part) for chase in chases)
+
+
+class _Grid:
+    """Which tasks wait, which are under way, and which are lost."""
+
+    def __init__(self, shoots: list[Shoot], timeout_s: float, keep: bool) -> None:
+        self.shoots = shoots
+        self.timeout_s = timeout_s
+        self.keep = keep
+        self.lost: dict[Chase, str] = {}
+        self.shoot_of = {c.sequence: shoot for shoot in shoots for c in shoot.chases}
+        self.open = {s: [c for c in s.chases if not c.part.exists()] for s in shoots}
+        wanted = [s for s in shoots if self.open[s] or self.is_kept(s)]
+        # the longest first, so that the last one does not leave other workers idle
+        wanted.sort(key=lambda shoot: -shoot.scenario.frames)
+        self.unfilmed = deque(s for s in wanted if not is_finished(s.sequence))
+        self.ready = deque(
+            c for s in wanted if is_finished(s.sequence) for c in self.open[s]
+        )
+        self.all_work = sum(map(_cost, self.unfilmed)) + sum(
+            _cost(chase) for chases in self.open.values() for chase in chases
+        )
+        self.work_done = 0.0
+        self.under_way: dict[Shoot | Chase, float] = {}
+
+    def is_kept(self, shoot: Shoot) -> bool:
+        """Whether the pictures are wanted beyond the tracker runs."""
+        return self.keep or shoot.is_first
+
+    def step(self, crew: Crew) -> bool:
+        """Give out work, wait for news and hear it; return whether anything is left."""
+        while crew.has_room and (self.ready or self.unfilmed):
+            # follow first: so only as many sequences as needed stand on disk
+            task = self.ready.popleft() if self.ready else self.unfilmed.popleft()
+            self.under_way[task] = 0.0
+            crew.start(self.job(task))
+        for event in crew.events(within_s=0.5):
+            self.hear(event)
+        return bool(self.unfilmed or self.ready or not crew.is_idle)
+
+    def job(self, task: Shoot | Chase) -> Job:
+        if isinstance(task, Shoot):
+            limit_s = _FILM_LIMIT_S + _FILM_LIMIT_A_FRAME_S * task.scenario.frames
+            arguments = task.scenario, task.seed, task.sequence
+            return Job(task, "film", film, arguments, limit_s)
+        limit_s = self.timeout_s + _GRACE_S
+        return Job(task, "follow", follow, (task, self.timeout_s), limit_s)
+
+    def hear(self, event: Event) -> None:
+        task = event.job.name
+        if event.kind == "progress":
+            share = event.value / task.scenario.frames
+            self.under_way[task] = _cost(task) * min(share, 1.0)
+            return
+        del self.under_way[task]
+        self.work_done += _cost(task)
+        if isinstance(task, Shoot):
+            self.filmed(task, event)
+        else:
+            self.followed(task, event)
+
+    def filmed(self, shoot: Shoot, event: Event) -> None:
+        reason = event.value
+        if event.kind == "timeout":
+            reason = f"timeout after {event.job.limit_s:g} s"
+        if reason:
+            self.lost |= dict.fromkeys(self.open[shoot], f"no sequence: {reason}")
+            self.work_done += sum(map(_cost, self.open[shoot]))
+            shutil.rmtree(shoot.sequence, ignore_errors=True)
+        else:
+            self.ready.extend(self.open[shoot])
+
+    def followed(self, chase: Chase, event: Event) -> None:
+        if event.kind == "timeout":
+            self.lost[chase] = f"timeout after {self.timeout_s:g} s"
+        elif event.kind != "done":
+            self.lost[chase] = event.value
+        if event.kind in ("timeout", "died"):  # the tracker's doing, so a result
+            chase.failure(self.lost[chase]).write(chase.part)
+        shoot = self.shoot_of[chase.sequence]
+        self.open[shoot].remove(chase)
+        if not self.open[shoot] and not self.is_kept(shoot):
+            shutil.rmtree(shoot.sequence)
+
+    def standing(self) -> tuple[float, float, str]:
+        """Return the work done, all of it, and the title of a task under way."""
+        doing = next((task.title for task in self.under_way), "")
+        return self.work_done + sum(self.under_way.values()), self.all_work, doing
+
+    def scores(self) -> Scores:
+        return Scores.concat(
+            Scores.read(c.part) if c.part.exists() else c.failure(self.lost[c])
+            for shoot in self.shoots
+            for c in shoot.chases
+        )
+
+
+def _cost(task: Shoot | Chase) -> float:
+    """Return the work of a task, in frames followed."""
+    a_frame = _FILMING_COST if isinstance(task, Shoot) else 1.0
+    return a_frame * task.scenario.frames
+
+
+def _environment(jobs: int) -> dict[str, str]:
+    """Return the variables that keep a worker on its own core."""
+    pools = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    environment = dict.fromkeys(pools, "1")
+    if jobs > 1:  # llvmpipe's threads help one process, and get in the way of several
+        environment["LP_NUM_THREADS"] = "0"
+    return environment

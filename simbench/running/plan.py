@@ -1,0 +1,119 @@
+"""From a request to its tasks: what to film, what to follow, where results go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from simbench.running.folder import RunFolder
+from simbench.running.request import Request, digest_of, spec_text, track_seed
+from simbench.running.source import filming_code, module_code, tracking_code
+from simbench.scenarios.schema import Scenario
+from simbench.scores import Scores, score_failure
+from simbench.trackers.finding import TrackerSpec
+
+__all__ = ["Chase", "Shoot", "plan"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chase:
+    """One run of one tracker over one sequence.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    seed : int
+        That of the sequence.
+    sequence : Path
+        Folder of the sequence.
+    tracker : TrackerSpec
+    repetition : int
+    part : Path
+        Folder for its scores.
+    """
+
+    scenario: Scenario
+    seed: int
+    sequence: Path
+    tracker: TrackerSpec
+    repetition: int
+    part: Path
+
+    @property
+    def track_seed(self) -> int:
+        """Seed of the track."""
+        return track_seed(self.seed, self.tracker.label, self.repetition)
+
+    @property
+    def title(self) -> str:
+        """What it does, for a person."""
+        return f"{self.tracker.label}: {self.scenario.name}, seed {self.seed}"
+
+    def failure(self, reason: str) -> Scores:
+        """Return the row of a run that left no track."""
+        return score_failure(
+            scenario=self.scenario.name,
+            seed=self.seed,
+            tracker=self.tracker.label,
+            reason=reason,
+            frame_count=self.scenario.frames,
+            repetition=self.repetition,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shoot:
+    """One sequence to film, and the tracker runs that need it.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    seed : int
+    sequence : Path
+        Folder for it.
+    is_first : bool
+        Whether it is of the first seed, which the report shows.
+    chases : tuple of Chase
+    """
+
+    scenario: Scenario
+    seed: int
+    sequence: Path
+    is_first: bool
+    chases: tuple[Chase, ...]
+
+    @property
+    def title(self) -> str:
+        """What it does, for a person."""
+        return f"filming: {self.scenario.name}, seed {self.seed}"
+
+
+def plan(request: Request, folder: RunFolder) -> list[Shoot]:
+    """Return the sequences of a request in order, each with its tracker runs.
+
+    Names on disk hold a digest of everything that makes the result, code included:
+    what is there under its name need not be made again.
+    """
+    shoots = []
+    for scenario in request.scenarios:
+        for seed in request.seeds:
+            key = digest_of(filming_code(), scenario.digest, seed)[:8]
+            sequence = folder.sequences / f"{scenario.name}-{seed:04d}-{key}"
+            chases = tuple(_chases(request, folder, scenario, seed, sequence))
+            first = seed == request.seeds[0]
+            shoots.append(Shoot(scenario, seed, sequence, first, chases))
+    return shoots
+
+
+def _chases(
+    request: Request, folder: RunFolder, scenario: Scenario, seed: int, sequence: Path
+) -> Iterator[Chase]:
+    for tracker in request.trackers:
+        code = tracking_code(), module_code(type(tracker.make()).__module__)
+        for repetition in range(request.repetitions):
+            key = digest_of(
+                code, sequence.name, spec_text(tracker), repetition, request.timeout_s
+            )
+            part = folder.parts / key[:16]
+            yield Chase(scenario, seed, sequence, tracker, repetition, part)

@@ -1,0 +1,63 @@
+"""Draw up the report of a run that is over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from simbench.errors import DatasetError
+from simbench.generation import generate
+from simbench.report import write_report
+from simbench.running.folder import RunFolder
+from simbench.running.grid import Progress
+from simbench.scenarios.schema import Scenario
+from simbench.scores import Scores
+from simbench.sequence import Sequence
+
+__all__ = ["report_again"]
+
+
+def report_again(path: Path, progress: Progress) -> Path:
+    """Write the report of the run in ``path`` and return where it stands.
+
+    The sequences that it shows are made again from scenario and seed.
+
+    Raises
+    ------
+    DatasetError
+        If the folder holds no finished run.
+    """
+    folder = RunFolder(path)
+    facts = folder.read_facts()
+    if not facts.get("finished"):
+        raise DatasetError(f"{path}: the run is not finished; call it again first")
+    scores = Scores.read(path)
+    try:
+        scenarios = [Scenario.model_validate(s["scenario"]) for s in facts["scenarios"]]
+        seed = int(facts["seeds"][0])
+    except (KeyError, IndexError, TypeError, ValidationError) as error:
+        raise DatasetError(
+            f"{path}/run.json: scenarios of another version: {type(error).__name__}"
+        ) from None
+    sequences = _sequences(scenarios, seed, progress)
+    write_report(scores, sequences, facts, folder.report)
+    return folder.report
+
+
+def _sequences(
+    scenarios: list[Scenario], seed: int, progress: Progress
+) -> list[Sequence]:
+    frames = sum(scenario.frames for scenario in scenarios)
+    before = 0
+    sequences = []
+    for scenario in scenarios:
+
+        def tell(
+            done: int, _: int, before: int = before, name: str = scenario.name
+        ) -> None:
+            progress(before + done, frames, f"filming: {name}, seed {seed}")
+
+        sequences.append(generate(scenario, seed, progress=tell))
+        before += scenario.frames
+    return sequences

@@ -1,0 +1,102 @@
+"""The small suite of the regression gate: what it runs stands in the baseline file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import pydantic
+
+from simbench.errors import DatasetError
+from simbench.running.request import Request
+from simbench.scenarios.loading import load_scenario
+from simbench.trackers.finding import find_tracker
+
+__all__ = ["DEFAULT_SUITE", "Suite", "SuiteScenario"]
+
+
+@dataclass(frozen=True, slots=True)
+class SuiteScenario:
+    """One scenario of a suite.
+
+    Attributes
+    ----------
+    name : str
+        As `load_scenario` takes it.
+    frames : int or None
+        Length it is cut to; None for all of it.
+    """
+
+    name: str
+    frames: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """What the gate runs.
+
+    Attributes
+    ----------
+    scenarios : list of SuiteScenario
+    seeds : list of int
+    trackers : list of str
+        As `find_tracker` takes them.
+    timeout_s : float, s
+        Wall time of one tracker on one sequence.
+    """
+
+    scenarios: list[SuiteScenario]
+    seeds: list[int]
+    trackers: list[str]
+    timeout_s: float = 60.0
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Suite:
+        """Read a suite from the settings of a baseline.
+
+        Raises
+        ------
+        DatasetError
+            If they do not describe one.
+        """
+        try:
+            return pydantic.TypeAdapter(cls).validate_python(dict(settings))
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(["settings", *map(str, first["loc"])])
+            raise DatasetError(f"baseline: {place}: {first['msg']}") from None
+
+    def to_settings(self) -> dict[str, Any]:
+        """Return the suite as plain data."""
+        return asdict(self)
+
+    def request(self) -> Request:
+        """Return the run that the suite amounts to.
+
+        Raises
+        ------
+        SimbenchError
+            If a scenario or tracker cannot be found.
+        """
+        scenarios = [
+            (load_scenario(wanted.name), wanted.frames) for wanted in self.scenarios
+        ]
+        return Request(
+            tuple(s if n is None else s.shortened(n) for s, n in scenarios),
+            tuple(find_tracker(tracker) for tracker in self.trackers),
+            tuple(self.seeds),
+            timeout_s=self.timeout_s,
+        )
+
+
+DEFAULT_SUITE = Suite(
+    scenarios=[
+        SuiteScenario("smoke"),
+        SuiteScenario("lane-change", 80),
+        SuiteScenario("poles", 110),
+    ],
+    seeds=[0, 1, 2],
+    trackers=["condensation", "directional-45", "dsp", "still"],
+)
+"""What a first baseline is made of: under two minutes on two cores."""

@@ -1,0 +1,66 @@
+"""The two things a worker does: film a sequence, and follow a target through one."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import cv2
+
+from simbench.datasets.native import read_sequence
+from simbench.errors import SimbenchError
+from simbench.running.plan import Chase
+from simbench.running.workers import Report
+from simbench.scenarios.schema import Scenario
+from simbench.scores import score
+from simbench.tracking import one_line, track
+from simbench.writing import written_whole
+
+__all__ = ["film", "follow"]
+
+
+def film(scenario: Scenario, seed: int, folder: Path, report: Report) -> str:
+    """Generate one sequence into ``folder``.
+
+    Returns
+    -------
+    str
+        Empty, or one line that says why there is no sequence.
+    """
+    # here, so that who only follows loads neither simulator nor renderer
+    from simbench.generation import generate
+
+    cv2.setNumThreads(1)
+    shutil.rmtree(folder, ignore_errors=True)  # what an interrupted run left
+    try:
+        generate(scenario, seed, folder, progress=report)
+    except SimbenchError as error:
+        return str(error)
+    return ""
+
+
+def follow(chase: Chase, timeout_s: float, report: Report) -> None:
+    """Run a tracker over a sequence on disk and write its scores, whole.
+
+    Parameters
+    ----------
+    chase : Chase
+    timeout_s : float, s
+        Wall time after which the run is given up.
+    report : callable
+    """
+    cv2.setNumThreads(1)
+    sequence = read_sequence(chase.sequence)
+    try:
+        tracker = chase.tracker.make()
+    except (Exception, SystemExit) as error:  # a tracker's fault is a result
+        expected = isinstance(error, SimbenchError)
+        scores = chase.failure(str(error) if expected else one_line(error))
+    else:
+        found = track(
+            tracker, sequence, chase.track_seed, timeout_s=timeout_s, on_frame=report
+        )
+        label = chase.tracker.label
+        scores = score(found, sequence, tracker=label, repetition=chase.repetition)
+    with written_whole(chase.part) as temporary:
+        scores.write(temporary)

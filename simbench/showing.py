@@ -1,0 +1,108 @@
+"""One frame of a scenario with the truth drawn in, for a person to look at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.errors import DatasetError, ScenarioError
+from simbench.render.filming import film
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import Stage, set_stage
+from simbench.sequence import Truth
+from simbench.writing import written_whole
+
+__all__ = ["draw_truth", "write_picture"]
+
+_TARGET = (255, 64, 32)
+_OTHERS = (64, 200, 255)
+_TINT = 0.35
+
+
+def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None:
+    """Film a scenario as far as ``frame`` and write that frame, truth drawn in, as PNG.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario has no such frame.
+    DatasetError
+        If the file cannot be written.
+    """
+    if frame >= scenario.frames:
+        raise ScenarioError(
+            f"{scenario.name}: frame must be below {scenario.frames}, got {frame}"
+        )
+    last: list[NDArray[np.uint8]] = []
+
+    def keep(_: int, image: NDArray[np.uint8]) -> None:
+        last[:] = [image]
+
+    truth = film(_start_of(set_stage(scenario, seed), frame + 1), keep)
+    picture = draw_truth(last[0], truth, frame)
+    _, encoded = cv2.imencode(".png", picture[..., ::-1])
+    try:
+        with written_whole(path) as temporary:
+            temporary.write_bytes(encoded.data)
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np.uint8]:
+    """Return a picture with masks tinted and boxes drawn.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+    truth : Truth
+    frame : int
+        0-based number of the picture.
+
+    Returns
+    -------
+    (H, W, 3) uint8, RGB
+        The target's amodal box is red; masks and visible boxes of all vehicles are
+        blue.
+    """
+    picture = image.copy()
+    vehicles = truth.vehicles
+    if vehicles is not None:
+        for mask in vehicles.masks[frame].values() if vehicles.masks else ():
+            where = mask.to_array()
+            tinted = picture[where] * (1.0 - _TINT) + np.array(_OTHERS) * _TINT
+            picture[where] = tinted.astype(np.uint8)
+        for box in vehicles.visible_boxes[frame]:
+            _draw(picture, box, _OTHERS)
+    _draw(picture, truth.boxes[frame], _TARGET)
+    return picture
+
+
+def _start_of(stage: Stage, frames: int) -> Stage:
+    """Return the first frames of a stage: the same story, filmed no further."""
+    whole = stage.trajectories
+    start = replace(
+        whole,
+        times=whole.times[:frames],
+        positions=whole.positions[:frames],
+        headings=whole.headings[:frames],
+        pitches=whole.pitches[:frames],
+        speeds=whole.speeds[:frames],
+        lanes=whole.lanes[:frames],
+    )
+    return replace(stage, trajectories=start, cameras=stage.cameras[:frames])
+
+
+def _draw(
+    picture: NDArray[np.uint8], box: NDArray[np.float64], colour: tuple[int, int, int]
+) -> None:
+    if not np.isfinite(box).all():
+        return
+    left, top, width, height = box
+    # OpenCV counts from pixel centres: the box's outer edge is half a pixel further
+    first = round(left - 0.5), round(top - 0.5)
+    last = round(left + width - 0.5), round(top + height - 0.5)
+    cv2.rectangle(picture, first, last, colour, 1)

@@ -1,0 +1,132 @@
+"""What may be asked of a run, and what follows from it alone."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simbench.errors import SimbenchError
+from simbench.running.request import Request, parse_seeds, spec_text, track_seed
+from simbench.running.source import filming_code, module_code, tracking_code
+from simbench.running.suite import DEFAULT_SUITE, Suite
+from simbench.scenarios.loading import load_scenario
+from simbench.trackers.finding import find_tracker
+
+
+@pytest.fixture
+def request_of_smoke() -> Request:
+    return Request((load_scenario("smoke"),), (find_tracker("still"),), (0, 1))
+
+
+@pytest.mark.parametrize(
+    ("text", "seeds"),
+    [
+        pytest.param("4", (4,), id="one"),
+        pytest.param("0:3", (0, 1, 2), id="half-open range"),
+        pytest.param("0, 7,3", (0, 7, 3), id="numbers in their order"),
+        pytest.param("1:3,9", (1, 2, 9), id="both"),
+    ],
+)
+def test_seeds_are_read(text: str, seeds: tuple[int, ...]) -> None:
+    assert parse_seeds(text) == seeds
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a", "-1", "3:3", "3:1", "1:", ":3", "1,,2", "0:1:2", "0:999999999"]
+)
+def test_other_seeds_are_refused(text: str) -> None:
+    with pytest.raises(SimbenchError, match="seeds must be"):
+        parse_seeds(text)
+
+
+@given(st.integers(0, 10**9), st.text(), st.integers(0, 100))
+def test_track_seed_fits_32_bits_and_repeats(seed: int, label: str, turn: int) -> None:
+    first = track_seed(seed, label, turn)
+    assert first == track_seed(seed, label, turn)
+    assert 0 <= first < 2**32
+
+
+def test_track_seed_differs_by_seed_tracker_and_repetition() -> None:
+    seeds = {track_seed(s, t, r) for s in (0, 1) for t in ("a", "b") for r in (0, 1)}
+    assert len(seeds) == 8
+
+
+def test_digest_changes_with_everything_asked(request_of_smoke: Request) -> None:
+    asked = request_of_smoke
+    others = [
+        dataclasses.replace(asked, seeds=(0, 2)),
+        dataclasses.replace(asked, repetitions=2),
+        dataclasses.replace(asked, timeout_s=1.0),
+        dataclasses.replace(asked, trackers=(find_tracker("other=still"),)),
+        dataclasses.replace(asked, scenarios=(load_scenario("poles"),)),
+    ]
+    assert len({asked.digest, *(other.digest for other in others)}) == 6
+    assert asked.digest == dataclasses.replace(asked).digest
+    assert asked.folder_name == f"smoke-{asked.digest[:8]}"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        pytest.param({"scenarios": ()}, "scenario names: wanted at least", id="none"),
+        pytest.param({"seeds": (1, 1)}, "seeds must differ, got 1", id="seed twice"),
+        pytest.param({"repetitions": 0}, "repetitions must be", id="no repetition"),
+        pytest.param({"timeout_s": 0.0}, "timeout must be above 0 s", id="no time"),
+    ],
+)
+def test_impossible_request_is_refused(
+    request_of_smoke: Request, change: dict[str, object], message: str
+) -> None:
+    with pytest.raises(SimbenchError, match=message):
+        dataclasses.replace(request_of_smoke, **change)  # type: ignore[arg-type]
+
+
+def test_two_trackers_of_one_label_are_refused(request_of_smoke: Request) -> None:
+    twice = (find_tracker("still"), find_tracker("still=condensation"))
+    with pytest.raises(SimbenchError, match="'still' more than once"):
+        dataclasses.replace(request_of_smoke, trackers=twice)
+
+
+@pytest.mark.parametrize(
+    "text", ["still", "tenth=condensation@particles=10", "condensation@particles=10"]
+)
+def test_spec_text_finds_the_same_tracker_again(text: str) -> None:
+    tracker = find_tracker(text)
+    assert find_tracker(spec_text(tracker)) == tracker
+
+
+def test_code_of_filming_and_tracking_are_told_apart() -> None:
+    assert len(filming_code()) == len(tracking_code()) == 64
+    assert filming_code() != tracking_code()
+
+
+def test_code_of_a_tracker_changes_with_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    own = tmp_path / "own_tracker.py"
+    own.write_text("a = 1\n")
+    before = module_code("own_tracker")
+    module_code.cache_clear()
+    assert module_code("own_tracker") == before
+    own.write_text("a = 2\n")
+    module_code.cache_clear()
+    assert module_code("own_tracker") != before
+
+
+def test_suite_comes_back_from_its_settings() -> None:
+    assert Suite.from_settings(DEFAULT_SUITE.to_settings()) == DEFAULT_SUITE
+
+
+def test_suite_cuts_its_scenarios() -> None:
+    frames = {s.name: s.frames for s in DEFAULT_SUITE.request().scenarios}
+    assert frames == {"smoke": 24, "lane-change": 80, "poles": 110}
+
+
+def test_settings_that_are_no_suite_are_refused() -> None:
+    with pytest.raises(SimbenchError, match=r"baseline: settings\.scenarios"):
+        Suite.from_settings({"seeds": [0], "trackers": ["still"]})
