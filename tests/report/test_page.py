@@ -1,0 +1,148 @@
+"""The report as text: what it says, and what it says where something is missing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simbench.errors import DatasetError
+from simbench.report import write_report
+from simbench.scores import Scores, score, score_failure
+from simbench.sequence import Sequence
+from tests.report.drawn_run import drawn_run, drawn_sequence, jittered
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory: pytest.TempPathFactory) -> str:
+    scores, sequences, run = drawn_run()
+    return written(tmp_path_factory.mktemp("report"), scores, sequences, run)
+
+
+def written(
+    folder: Path, scores: Scores, sequences: Any = (), run: dict[str, Any] | None = None
+) -> str:
+    """Write a report and return it without plotly, which is 5 MB of other people's."""
+    write_report(scores, sequences, run or {}, folder / "report.html")
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    start = text.index("<script>/**\n* plotly.js")
+    return text[:start] + text[text.index("</script>", start) :]
+
+
+def chapter_data(text: str) -> Any:
+    """Return what the first chapter gives its figures, read as strictly as browsers."""
+
+    def refuse(constant: str) -> None:
+        raise ValueError(f"no JSON: {constant}")
+
+    start = text.index("data-chapter-data>") + len("data-chapter-data>")
+    end = text.index("</script>", start)
+    return json.loads(text[start:end], parse_constant=refuse)
+
+
+def one_run(sequence: Sequence) -> Scores:
+    rng = np.random.default_rng(0)
+    return score(jittered(sequence, rng, 1.0, 50), sequence, tracker="mine")
+
+
+def test_report_is_one_file_that_names_nothing_on_the_network(html: str) -> None:
+    assert "://" not in html
+    assert "src=" not in html
+
+
+def test_report_is_below_15_mb_with_plotly_inside(tmp_path: Path) -> None:
+    scores, sequences, run = drawn_run()
+    write_report(scores, sequences, run, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.count("* plotly.js v") == 1
+    assert len(text) < 15e6
+
+
+def test_report_says_what_a_scenario_tests_and_how_to_make_it_again(html: str) -> None:
+    assert "Behind the poles" in html
+    assert "Whether a tracker holds a car that a pole hides." in html
+    assert "simbench run poles open-road --trackers close,loose --seeds 0:3" in html
+    assert "condensation@particles=40" in html
+    assert f"{2:064x}" in html  # a digest
+
+
+def test_stills_show_the_occluded_frame_with_what_hides_the_target(html: str) -> None:
+    assert "First frame: frame 0, 0.00 s, 100 % visible" in html
+    assert "Most occluded: frame 57, 2.28 s, 40 % visible, behind pole" in html
+    assert "Last frame: frame 119, 4.76 s, 100 % visible" in html
+
+
+def test_failed_runs_are_listed_with_their_reason_as_text(html: str) -> None:
+    assert "killed after 60 s" in html
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
+    assert "<script>alert(1)" not in html
+
+
+def test_scenario_without_sequence_says_so(html: str) -> None:
+    assert html.count("No pictures: the sequences of this scenario") == 1
+    assert html.count("data-player>") == 1
+
+
+def test_report_without_any_fact_of_the_run_is_still_a_report(tmp_path: Path) -> None:
+    text = written(tmp_path, one_run(drawn_sequence("poles", 0)))
+    assert "1 scenario, 1 tracker, 1 seed" in text
+    assert "Versions" not in text
+
+
+def test_report_of_killed_runs_alone_is_still_a_report(tmp_path: Path) -> None:
+    killed = score_failure(scenario="poles", seed=0, tracker="mine", reason="killed")
+    text = written(tmp_path, killed)
+    assert 'data-plot="success"' in text
+    assert 'data-plot="error"' not in text  # there is no frame to show
+
+
+def test_report_of_recorded_data_needs_neither_seed_nor_visibility(
+    tmp_path: Path,
+) -> None:
+    drawn = drawn_sequence("road", 0)
+    unknown = np.full(len(drawn), np.nan)
+    recorded = replace(
+        drawn, seed=None, truth=replace(drawn.truth, visible_fraction=unknown)
+    )
+    text = written(tmp_path, one_run(recorded), [recorded])
+    assert "recorded data" in text
+    assert "visible share unknown" in text
+    assert "Most occluded" not in text
+    chapter_data(text)  # browsers know no NaN in JSON
+
+
+def test_variants_are_chapters_of_their_own_without_pictures(tmp_path: Path) -> None:
+    sequence = drawn_sequence("poles", 0)
+    track = jittered(sequence, np.random.default_rng(0), 1.0, 50)
+    both = Scores.concat(
+        [
+            score(track, sequence, tracker="mine"),
+            score(track, sequence, tracker="mine", variant="hidden=0.8"),
+        ]
+    )
+    text = written(tmp_path, both, [sequence])
+    assert 'id="scenario-poles"' in text
+    assert 'id="scenario-poles-hidden-0-8"' in text
+    assert text.count("data-player>") == 1
+
+
+def test_report_of_nothing_is_refused(tmp_path: Path) -> None:
+    scores = one_run(drawn_sequence("poles", 0))
+    with pytest.raises(DatasetError, match="at least one run, got none"):
+        write_report(
+            Scores(scores.runs.iloc[:0], scores.frames.iloc[:0]),
+            [],
+            {},
+            tmp_path / "report.html",
+        )
+
+
+def test_report_that_cannot_be_written_is_a_users_error(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    scores = one_run(drawn_sequence("poles", 0))
+    with pytest.raises(DatasetError, match="cannot be written"):
+        write_report(scores, [], {}, tmp_path / "taken" / "report.html")
