@@ -346,5 +346,15 @@ class Scenario(Strict):
         return (self.frames - 1) * self.imaging.interval_s
 
     def shortened(self, frames: int) -> Scenario:
-        """Return the same story cut after ``frames`` frames (at most its own)."""
-        return self.model_copy(update={"frames": min(frames, self.frames)})
+        """Return the same story cut after ``frames`` frames (at most its own).
+
+        Occluders on a line of sight that comes later are left out with it.
+        """
+        kept = min(frames, self.frames)
+        end_s = (kept - 1) * self.imaging.interval_s
+        occluders = tuple(
+            occluder
+            for occluder in self.occluders
+            if occluder.hides_at_s is None or occluder.hides_at_s <= end_s
+        )
+        return self.model_copy(update={"frames": kept, "occluders": occluders})

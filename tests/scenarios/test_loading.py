@@ -126,6 +126,13 @@ def test_shortened_never_lengthens() -> None:
     assert story(frames=5).shortened(9).frames == 5
 
 
+def test_shortened_leaves_out_what_would_hide_later() -> None:
+    later = {"hides_at_s": 0.2, "distance_m": 9}
+    always = {"along_m": 9, "lateral_m": -20}
+    cut = story(frames=9, occluders=[later, always]).shortened(3)
+    assert [occluder.along_m for occluder in cut.occluders] == [9]
+
+
 def test_dials_that_are_not_set_are_not_requested() -> None:
     dials = {"occlusion": {"hidden": 0.5, "frames": 4}}
     flat = story(dials=dials).dials.flat()

@@ -1,0 +1,73 @@
+# Each target sets up what it needs. The first call takes minutes, later ones seconds.
+
+PYTHON ?= python3
+JOBS ?= 2
+
+BIN := .venv/bin
+# what pyrender and libsumo load at run time
+LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libatomic1
+DEMO := results/runs/demo
+DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
+
+.PHONY: demo test test-all bench lint format clean
+
+demo: .venv/installed
+	@$(BIN)/simbench doctor
+	@$(BIN)/simbench run free-flow lane-change poles bridge \
+	    --trackers $(DEMO_TRACKERS) --seeds 0:3 --jobs $(JOBS) --out $(DEMO)
+	@echo "open $(CURDIR)/$(DEMO)/report.html"
+
+test: lint .venv/chromium
+	$(BIN)/pytest -n $(JOBS) --cov --cov-report=term
+	$(BIN)/simbench check --baseline results/baselines/ci.json --jobs $(JOBS)
+
+test-all: lint .venv/chromium
+	$(BIN)/pytest -n $(JOBS) --cov --cov-report=term -m "not bench"
+	$(BIN)/simbench check --baseline results/baselines/ci.json --jobs $(JOBS)
+
+# OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
+bench: .venv-bench/installed
+	.venv-bench/bin/pytest -m bench -p no:xdist --benchmark-disable-gc
+
+lint: .venv/developer
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: .venv/developer
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf .venv .venv-bench build dist *.egg-info .coverage* results/runs
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/python:
+	@.ci/python-environment $(PYTHON) .venv
+	@touch $@
+
+.venv/installed: .venv/python pyproject.toml
+	@.ci/system-packages $(LIBRARIES)
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+.venv/developer: .venv/installed
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/simbench doctor
+	@touch $@
+
+# the report's test drives a real browser
+.venv/chromium: .venv/developer
+	@command -v chromium >/dev/null || command -v google-chrome >/dev/null \
+	    || .ci/system-packages chromium
+	@touch $@
+
+.venv-bench/installed: pyproject.toml
+	@.ci/python-environment $(PYTHON) .venv-bench
+	@.ci/system-packages $(LIBRARIES)
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@.venv-bench/bin/pip uninstall --quiet -y opencv-python-headless
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check \
+	    opencv-contrib-python-headless
+	@touch $@
