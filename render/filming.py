@@ -16,7 +16,14 @@ from simbench.scenarios.seeds import generator
 from simbench.scenarios.stage import Stage
 from simbench.sequence import Truth
 
-__all__ = ["film"]
+__all__ = ["TargetHiddenError", "film"]
+
+_PLAIN_VIEW = 0.7
+"""Least visible fraction of the target in the first frame."""
+
+
+class TargetHiddenError(RenderError):
+    """The target is not in plain view in the first frame, where trackers start."""
 
 
 def film(
@@ -41,7 +48,9 @@ def film(
     Raises
     ------
     RenderError
-        If no OpenGL context opens, or the target is not in view in the first frame.
+        If no OpenGL context opens, or the camera misses the target in the first frame.
+    TargetHiddenError
+        If something stands in front of it there.
     """
     scenario = stage.scenario
     imaging = scenario.imaging
@@ -61,8 +70,20 @@ def film(
                     "camera.fov_rad or target.along_m"
                 )
             recorder.add(shot, camera, poses)
+            if index == 0:
+                _require_plain_view(scenario.name, recorder)
             rng = generator(scenario, stage.seed, "sensor", index)
             keep(index, expose(shot.image, imaging, rng))
             if progress is not None:
                 progress(index + 1, len(stage.cameras))
     return recorder.finish(imaging.width_px, imaging.height_px)
+
+
+def _require_plain_view(name: str, recorder: TruthRecorder) -> None:
+    fraction, occluder = recorder.first_view
+    if fraction < _PLAIN_VIEW:
+        raise TargetHiddenError(
+            f"{name}: a {occluder} hides the target in the first frame, where trackers "
+            f"are started: wanted a visible fraction of {_PLAIN_VIEW:g} or more, found "
+            f"{fraction:.2f}"
+        )

@@ -171,6 +171,11 @@ class TruthRecorder:
         self._add_target(shot)
         self._masks.append(_masks(pixel_ids(shot.ids, self.samples), first, count))
 
+    @property
+    def first_view(self) -> tuple[float, str]:
+        """Visible fraction of the target in the first frame, and what hides it."""
+        return self._fraction[0], self._occluders[0]
+
     def _add_target(self, shot: Shot) -> None:
         identity = int(self.scene.ids[self.trajectories.target])
         covered = shot.ids[shot.target_alone]

@@ -142,7 +142,10 @@ class Target(Strict):
     along_m: float = Field(default=30, ge=-3000, le=9000, description="In frame 0.")
     speed_mps: float = Field(default=28, ge=0, le=70)
     clear_m: float = Field(
-        default=45, ge=8, le=300, description="Free road around it in frame 0."
+        default=45,
+        ge=8,
+        le=300,
+        description="Road free of traffic around it in frame 0, all lanes its way.",
     )
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
 

@@ -30,7 +30,9 @@ _PLAUSIBLE_BRAKING = 6.0  # m/s^2; harder is an emergency stop, not driving
 _TIMEOUT_S = 600.0
 
 
-def simulate(scenario: Scenario, line: RoadLine, seed: int) -> Trajectories:
+def simulate(
+    scenario: Scenario, line: RoadLine, seed: int, *, skip: int = 0
+) -> Trajectories:
     """Simulate the traffic of a scenario.
 
     Parameters
@@ -41,6 +43,8 @@ def simulate(scenario: Scenario, line: RoadLine, seed: int) -> Trajectories:
     seed : int
         Seed of the run; ``scenario.seeds`` may hold parts of it fixed. The same
         scenario and seed give bit-identical trajectories, in any process.
+    skip : int
+        Draws to pass over because they were found unfit later.
 
     Returns
     -------
@@ -53,7 +57,7 @@ def simulate(scenario: Scenario, line: RoadLine, seed: int) -> Trajectories:
         If SUMO refuses or crashes, or no plausible draw was found.
     """
     reason = ""
-    for attempt in range(_DRAWS):
+    for attempt in range(skip, skip + _DRAWS):
         request = _request(scenario, line, stream(scenario, seed, "traffic", attempt))
         recording = _run_sumo(request)
         reason = _implausible(recording, request, scenario)
@@ -107,6 +111,7 @@ def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, An
         "length_m": FLEET[role.vehicle_class].length,
         "lane": role.lane,
         "lanes": sorted(lanes),
+        "clears_all_lanes": name == "target",
         "front_m": front_m,
         "clear_m": clear_m,
         "speed_mps": role.speed_mps,

@@ -39,7 +39,7 @@ class Stage:
     occluders: tuple[PlacedOccluder, ...]
 
 
-def set_stage(scenario: Scenario, seed: int) -> Stage:
+def set_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     """Simulate the traffic and place camera and occluders.
 
     Parameters
@@ -47,6 +47,8 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
     scenario : Scenario
     seed : int
         Seed of the run, at least 0.
+    skip : int
+        Draws of the traffic to pass over because they were found unfit later.
 
     Raises
     ------
@@ -56,7 +58,7 @@ def set_stage(scenario: Scenario, seed: int) -> Stage:
         If no plausible traffic was found.
     """
     line = RoadLine.from_road(scenario.road)
-    trajectories = simulate(scenario, line, seed)
+    trajectories = simulate(scenario, line, seed, skip=skip)
     rng = generator(scenario, seed, "vibration")
     cameras = camera_path(scenario, line, trajectories, rng)
     occluders = place_occluders(scenario, line, trajectories, cameras)

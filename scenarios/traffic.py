@@ -173,7 +173,8 @@ def _place(request: dict[str, Any]) -> None:
         for name in libsumo.vehicle.getIDList():
             if libsumo.vehicle.getRoadID(name) != "near":
                 continue
-            if libsumo.vehicle.getLaneIndex(name) not in actor["lanes"]:
+            own = libsumo.vehicle.getLaneIndex(name) in actor["lanes"]
+            if not own and not actor["clears_all_lanes"]:
                 continue
             front = libsumo.vehicle.getLanePosition(name)
             rear = front - libsumo.vehicle.getLength(name)

@@ -13,15 +13,18 @@ from numpy.typing import NDArray
 
 from simbench.datasets.native import FrameFolder, read_sequence, write_frame
 from simbench.datasets.native import write_sequence as write_description
-from simbench.render.filming import film
+from simbench.render.filming import TargetHiddenError, film
 from simbench.scenarios.dials import achieved_dials
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
-from simbench.sequence import Sequence
+from simbench.scenarios.stage import Stage, set_stage
+from simbench.sequence import Sequence, Truth
 
 __all__ = ["generate", "sequence_digest"]
 
 logger = logging.getLogger(__name__)
+
+_STARTS = 10
+"""Draws of the traffic in search of one that leaves the target in plain view."""
 
 
 def sequence_digest(scenario: Scenario, seed: int) -> str:
@@ -77,13 +80,8 @@ def generate(
     if out is None:
         owner = tempfile.TemporaryDirectory(prefix="simbench-sequence-")
         out = Path(owner.name)
-    stage = set_stage(scenario, seed)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
-
-    def keep(index: int, image: NDArray[np.uint8]) -> None:
-        write_frame(out, index, image)
-
-    truth = film(stage, keep, progress=progress)
+    stage, truth = _filmed(scenario, seed, out, progress)
     imaging = scenario.imaging
     sequence = Sequence(
         name=scenario.name,
@@ -102,3 +100,26 @@ def generate(
     )
     write_description(out, sequence)
     return read_sequence(out, owner=owner)
+
+
+def _filmed(
+    scenario: Scenario,
+    seed: int,
+    out: Path,
+    progress: Callable[[int, int], None] | None,
+) -> tuple[Stage, Truth]:
+    """Film the first draw of the traffic that shows the target in the first frame."""
+
+    def keep(index: int, image: NDArray[np.uint8]) -> None:
+        write_frame(out, index, image)
+
+    skip = 0
+    for _ in range(_STARTS - 1):
+        stage = set_stage(scenario, seed, skip=skip)
+        try:
+            return stage, film(stage, keep, progress=progress)
+        except TargetHiddenError as error:
+            logger.info("seed %d: traffic drawn again: %s", seed, error)
+            skip = stage.trajectories.redraws + 1
+    stage = set_stage(scenario, seed, skip=skip)
+    return stage, film(stage, keep, progress=progress)

@@ -76,6 +76,26 @@ def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> 
         simbench.generate(blind, 0)
 
 
+def test_a_target_hidden_from_the_start_is_an_error_that_names_what_hides() -> None:
+    pole = {"kind": "pole", "hides_at_s": 0, "distance_m": 10, "width_m": 1}
+    with pytest.raises(RenderError, match="a pole hides the target in the first frame"):
+        simbench.generate(story(occluders=[pole]), 0)
+
+
+def test_traffic_that_hides_the_start_is_drawn_again_and_counted() -> None:
+    # A van right behind the target stays in every draw; one from the traffic does not.
+    place = {"along_m": 0, "lateral_m": -22, "height_m": 2}
+    aim = {"along_m": 40, "lateral_m": -3.75, "height_m": 1}
+    scenario = story(
+        frames=2,
+        traffic={"density_per_km_lane": 25, "warm_up_s": 0, "mix": {"trailer": 1}},
+        target={"lane": 1, "along_m": 40, "speed_mps": 15, "clear_m": 8},
+        camera={"position": place, "look_at": aim, "fov_rad": 0.3},
+    )
+    redraws = [simbench.generate(scenario, seed).redraws for seed in range(6)]
+    assert max(redraws) > 0
+
+
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 0, got -1"):
         _smoke(-1)
