@@ -9,11 +9,7 @@ draw, and the target is drawn once more, alone, for its visible fraction.
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +17,14 @@ from numpy.typing import NDArray
 from simbench.camera import Camera
 from simbench.errors import RenderError
 from simbench.render import offscreen  # must come before pyrender: it sets the platform
+from simbench.render.batches import Instances, Terrain, meets_view
 from simbench.render.framebuffers import Framebuffers, grain_texture
-from simbench.render.mesh import Mesh
 from simbench.render.projection import clip_matrix, shadow_matrix
 from simbench.render.scene import Scene
+from simbench.render.shader_programs import Program
 
 # isort: split
 from OpenGL import GL
-from pyrender import Primitive
-from pyrender.shader_program import ShaderProgram
 
 __all__ = ["PyrenderCamera", "Shot"]
 
@@ -82,21 +77,22 @@ class PyrenderCamera:
         self._buffers = Framebuffers(width, height, samples)
         self._grain = grain_texture()
         self._programs = {
-            "ground": _Program("scene.vert", "scene.frag", "GROUND"),
-            "standing": _Program("scene.vert", "scene.frag", "STANDING"),
-            "vehicles": _Program("scene.vert", "scene.frag", "VEHICLES"),
-            "sky": _Program("sky.vert", "sky.frag"),
-            "bare": _Program("bare.vert", "bare.frag"),
+            "ground": Program("scene.vert", "scene.frag", "GROUND"),
+            "standing": Program("scene.vert", "scene.frag", "STANDING"),
+            "vehicles": Program("scene.vert", "scene.frag", "VEHICLES"),
+            "sky": Program("sky.vert", "sky.frag"),
+            "bare": Program("bare.vert", "bare.frag"),
         }
-        self._static = [_Batch(scene.ground, 1), _Batch(scene.standing, 1)]
-        for batch in self._static:
-            batch.place(np.eye(4, dtype=np.float32)[None] * [[[1], [1], [1], [0]]])
+        self._ground = Terrain(scene.ground)
+        self._standing = Terrain(scene.standing)
+        self._distant = Terrain(scene.distant)
         counts = np.bincount(scene.body_of, minlength=len(scene.bodies))
         self._bodies = [
-            _Batch(mesh, int(count))
+            Instances(mesh, int(count))
             for mesh, count in zip(scene.bodies, counts, strict=True)
         ]
-        self._alone = [_Batch(mesh, 1) for mesh in scene.bodies]
+        reach = [np.linalg.norm(mesh.positions, axis=1).max() for mesh in scene.bodies]
+        self._reach = np.array(reach, dtype=np.float64)[scene.body_of]
         self._sky = GL.glGenVertexArrays(1)
 
     def __enter__(self) -> PyrenderCamera:
@@ -110,8 +106,11 @@ class PyrenderCamera:
     def close(self) -> None:
         """Free what the camera holds on the graphics device."""
         offscreen.make_current()
-        for batch in [*self._static, *self._bodies, *self._alone]:
-            batch.delete()
+        self._ground.delete()
+        self._standing.delete()
+        self._distant.delete()
+        for instances in self._bodies:
+            instances.delete()
         for program in self._programs.values():
             program.delete()
         self._buffers.delete()
@@ -143,12 +142,13 @@ class PyrenderCamera:
             Read the depth back too.
         """
         offscreen.make_current()
-        self._place(poses, present)
         clip = clip_matrix(camera)
         focus = poses[target, :3, 3] if present[target] else camera.position
         light_clip = shadow_matrix(self._scene.light.to_sun, focus)
         if self._scene.light.shadows:
+            self._place(poses, present, light_clip)
             self._draw_shadows(light_clip)
+        self._place(poses, present, clip)
         self._draw_scene(camera, clip, light_clip)
         image, ids, depth = self._buffers.read(want_depth=want_depth)
         self._draw_alone(poses, present, target, clip)
@@ -156,18 +156,27 @@ class PyrenderCamera:
         _raise_on_error()
         return Shot(image, ids, alone, depth)
 
-    def _place(self, poses: NDArray[np.float64], present: NDArray[np.bool_]) -> None:
+    def _place(
+        self,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+        clip: NDArray[np.float64],
+    ) -> None:
+        """Set the vehicles that may be seen through a projection."""
         tagged = poses.astype(np.float32)
         tagged[:, 3, :3] = self._scene.paints
         tagged[:, 3, 3] = self._scene.ids
-        for number, batch in enumerate(self._bodies):
-            batch.place(tagged[(self._scene.body_of == number) & present])
+        place, reach = poses[:, :3, 3], self._reach[:, None]
+        seen = present & meets_view(clip, place - reach, place + reach)
+        for number, instances in enumerate(self._bodies):
+            instances.place(tagged[(self._scene.body_of == number) & seen])
 
     def _draw_shadows(self, light_clip: NDArray[np.float64]) -> None:
         self._buffers.bind_shadow()
         self._programs["bare"].use({"view_projection": light_clip})
-        for batch in [self._static[1], *self._bodies]:
-            batch.draw()
+        self._standing.draw(light_clip)
+        for instances in self._bodies:
+            instances.draw()
 
     def _draw_scene(
         self, camera: Camera, clip: NDArray[np.float64], light_clip: NDArray[np.float64]
@@ -196,16 +205,17 @@ class PyrenderCamera:
         self._buffers.bind_shadow_texture(0)
         GL.glActiveTexture(GL.GL_TEXTURE1)
         GL.glBindTexture(GL.GL_TEXTURE_2D, self._grain)
-        # Vehicles and standing things first: what they hide is then not shaded.
-        ground, standing = self._static
-        for name, batches in (
-            ("vehicles", self._bodies),
-            ("standing", [standing]),
-            ("ground", [ground]),
-        ):
-            self._programs[name].use(shared | drawing)
-            for batch in batches:
-                batch.draw()
+        # From near to far: what is hidden is not shaded.
+        uniforms = shared | drawing
+        self._programs["vehicles"].use(uniforms)
+        for instances in self._bodies:
+            instances.draw()
+        self._programs["standing"].use(uniforms)
+        self._standing.draw(clip)
+        self._programs["ground"].use(uniforms)
+        self._ground.draw(clip)
+        self._programs["standing"].use(uniforms)
+        self._distant.draw(clip)
         self._programs["sky"].use(shared | {"to_world": _unprojection(clip, camera)})
         GL.glDepthFunc(GL.GL_LEQUAL)
         GL.glBindVertexArray(self._sky)
@@ -221,10 +231,10 @@ class PyrenderCamera:
     ) -> None:
         self._buffers.bind_ids_only()
         if present[target]:
-            batch = self._alone[int(self._scene.body_of[target])]
-            batch.place(poses[target : target + 1].astype(np.float32))
+            body = self._bodies[int(self._scene.body_of[target])]
+            body.place(poses[target : target + 1].astype(np.float32))
             self._programs["bare"].use({"view_projection": clip})
-            batch.draw()
+            body.draw()
 
 
 def _unprojection(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
@@ -242,107 +252,3 @@ def _raise_on_error() -> None:
     error = GL.glGetError()
     if error != GL.GL_NO_ERROR:
         raise RenderError(f"OpenGL reports error {error:#x} after a frame")
-
-
-class _Program:
-    """A shader program with its uniform locations looked up once."""
-
-    def __init__(self, vertex: str, fragment: str, define: str = "PLAIN") -> None:
-        with tempfile.TemporaryDirectory(prefix="simbench-shaders-") as folder:
-            paths = [
-                _complete(name, define, Path(folder)) for name in (vertex, fragment)
-            ]
-            self._program = ShaderProgram(*paths)
-            self._program._add_to_context()
-        number = self._program._program_id
-        count = GL.glGetProgramiv(number, GL.GL_ACTIVE_UNIFORMS)
-        names = [GL.glGetActiveUniform(number, index)[0] for index in range(count)]
-        text = [n.decode() if isinstance(n, bytes) else str(n) for n in names]
-        self._locations = {name: GL.glGetUniformLocation(number, name) for name in text}
-
-    def use(self, uniforms: dict[str, Any]) -> None:
-        """Bind the program and set those of the uniforms that it has."""
-        self._program._bind()
-        for name, value in uniforms.items():
-            if name not in self._locations:
-                continue
-            place = self._locations[name]
-            if isinstance(value, int):
-                GL.glUniform1i(place, value)
-            elif isinstance(value, float):
-                GL.glUniform1f(place, value)
-            elif value.ndim == 2:
-                matrix = np.ascontiguousarray(value, np.float32)
-                GL.glUniformMatrix4fv(place, 1, GL.GL_TRUE, matrix)
-            else:
-                GL.glUniform3fv(place, 1, np.ascontiguousarray(value, np.float32))
-
-    def delete(self) -> None:
-        """Free the program."""
-        self._program.delete()
-
-
-def _complete(name: str, define: str, folder: Path) -> str:
-    """Write a shader with its includes and one define in place; return its path."""
-    shaders = resources.files("simbench.render") / "shaders"
-    text = (shaders / name).read_text(encoding="utf-8")
-    common = (shaders / "light.glsl").read_text(encoding="utf-8")
-    path = folder / name
-    text = text.replace("//include light.glsl", common)
-    version, rest = text.split("\n", 1)
-    path.write_text(f"{version}\n#define {define}\n{rest}", encoding="utf-8")
-    return str(path)
-
-
-class _Batch:
-    """One mesh on the device and the instances of it to draw."""
-
-    def __init__(self, mesh: Mesh, capacity: int) -> None:
-        self._count = 0
-        self._primitive: Any = None
-        if len(mesh.positions) == 0 or capacity == 0:
-            return
-        rows = np.hstack([mesh.positions, mesh.normals, mesh.surface, mesh.colours])
-        unique, index = _weld(rows)
-        self._primitive = Primitive(
-            positions=unique[:, :3],
-            normals=unique[:, 3:6],
-            texcoord_0=unique[:, 6:8],
-            color_0=unique[:, 8:12],
-            indices=index.reshape(-1, 3),
-            mode=4,
-            poses=np.tile(np.eye(4, dtype=np.float32), (capacity, 1, 1)),
-        )
-        self._primitive._add_to_context()
-        self._corners = len(index)
-
-    def place(self, poses: NDArray[Any]) -> None:
-        """Set the instances: (K, 4, 4), K at most the capacity."""
-        self._count = len(poses)
-        if self._primitive is None or not self._count:
-            return
-        columns = np.ascontiguousarray(poses.transpose(0, 2, 1), np.float32)
-        GL.glBindBuffer(GL.GL_ARRAY_BUFFER, self._primitive._buffers[1])
-        GL.glBufferSubData(GL.GL_ARRAY_BUFFER, 0, columns.nbytes, columns)
-
-    def draw(self) -> None:
-        """Draw all instances."""
-        if self._primitive is None or not self._count:
-            return
-        GL.glBindVertexArray(self._primitive._vaid)
-        GL.glDrawElementsInstanced(
-            GL.GL_TRIANGLES, self._corners, GL.GL_UNSIGNED_INT, None, self._count
-        )
-
-    def delete(self) -> None:
-        """Free the mesh."""
-        if self._primitive is not None:
-            self._primitive.delete()
-
-
-def _weld(rows: NDArray[np.float32]) -> tuple[NDArray[Any], NDArray[np.uint32]]:
-    """Return the distinct rows and, for every row, which of them it is."""
-    packed = np.ascontiguousarray(rows, np.float32)
-    keys = packed.view([("", packed.dtype)] * packed.shape[1]).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    return packed[first], inverse.astype(np.uint32)

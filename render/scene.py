@@ -46,6 +46,8 @@ class Scene:
         What lies flat: receives shadows, casts none.
     standing : Mesh
         What stands still: rails, poles, trees; casts shadows.
+    distant : Mesh
+        What closes the view behind everything else.
     bodies : tuple of Mesh
         One for each kind of vehicle in the scene, in the vehicle's frame.
     body_of : (V,) int
@@ -61,6 +63,7 @@ class Scene:
 
     ground: Mesh
     standing: Mesh
+    distant: Mesh
     bodies: tuple[Mesh, ...]
     body_of: NDArray[np.int64]
     paints: NDArray[np.float64]
@@ -82,7 +85,6 @@ def build_scene(stage: Stage) -> Scene:
     season = scenario.surroundings.season
     standing = _surroundings(line, scenario.surroundings, start, end, eyes, rng)
     middle = line.point((first + last) / 2.0, 0.0)
-    standing.append(hills(middle, season, rng).with_id(_KINDS.index("hill") + 1))
     labels = {0: "sky"} | {number + 1: kind for number, kind in enumerate(_KINDS)}
     for number, occluder in enumerate(stage.occluders):
         identity = _FIRST_OCCLUDER_ID + number
@@ -99,6 +101,7 @@ def build_scene(stage: Stage) -> Scene:
     return Scene(
         ground=ground(line, start, end, season).with_id(_KINDS.index("ground") + 1),
         standing=merge(standing),
+        distant=_identified(hills(middle, season, rng), "hill"),
         bodies=tuple(body(example) for example in examples),
         body_of=np.array([unique.index(kind) for kind in kinds], dtype=np.int64),
         paints=np.array([v.colour for v in vehicles], dtype=np.float64) / 255.0,

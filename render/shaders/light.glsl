@@ -9,15 +9,18 @@ uniform vec3 glow;
 uniform float haze;
 uniform float lamps;
 
-vec3 sky(vec3 direction) {
+vec3 clear_sky(vec3 direction) {
     float up = max(direction.z, 0.0);
-    vec3 base = mix(zenith, horizon, 1.0 / (1.0 + 4.0 * up * (1.0 + 2.0 * up)));
+    return mix(zenith, horizon, 1.0 / (1.0 + 4.0 * up * (1.0 + 2.0 * up)));
+}
+
+vec3 sky(vec3 direction) {
     float near_sun = max(dot(direction, to_sun), 0.0);
     float wide = near_sun * near_sun * near_sun;
     float tight = wide * wide;
     tight *= tight;
     tight *= tight;
-    return base + glow * (0.5 * wide * wide + 1.5 * tight);
+    return clear_sky(direction) + glow * (0.5 * wide * wide + 1.5 * tight);
 }
 
 vec3 film(vec3 light) {

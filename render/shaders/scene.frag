@@ -62,7 +62,7 @@ void main() {
     float strength = 0.05 + 0.55 * grazing * grazing;
     strength = mirrors * (kind == GLASS ? 0.9 * (strength + 0.1) : 0.55 * strength);
     vec3 bounce = reflect(-to_eye, n);
-    light = mix(light, bounce.z > 0.0 ? sky(bounce) : ground, strength);
+    light = mix(light, bounce.z > 0.0 ? clear_sky(bounce) : ground, strength);
     float shine = max(dot(bounce, to_sun), 0.0);
     shine *= shine;
     shine *= shine;

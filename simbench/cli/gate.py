@@ -37,7 +37,7 @@ def check(
     reason: Annotated[str, typer.Option(help="Why, for --update.")] = "",
     junit: Annotated[Path | None, typer.Option(help="JUnit XML to write.")] = None,
     trackers: Annotated[
-        str, typer.Option(help="Only these: [LABEL=]NAME[@PARAM=VALUE]...")
+        str, typer.Option(help="Only these, as for run: LABEL=NAME@PARAM=VALUE,...")
     ] = "",
     jobs: Jobs = None,
 ) -> None:

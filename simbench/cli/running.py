@@ -29,7 +29,8 @@ DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
 def run(
     scenarios: Names,
     trackers: Annotated[
-        str, typer.Option(help="[LABEL=]NAME[@PARAM=VALUE]..., between commas.")
+        str,
+        typer.Option(help="Names between commas; in full LABEL=NAME@PARAM=VALUE."),
     ] = DEFAULT_TRACKERS,
     seeds: Seeds = "0:3",
     repetitions: Annotated[

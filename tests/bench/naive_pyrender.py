@@ -36,7 +36,7 @@ class NaivePyrender:
         self.scene = pyrender.Scene(ambient_light=[0.4, 0.4, 0.45])
         light = pyrender.DirectionalLight(intensity=4.0)
         self.scene.add(light, pose=_looking_along(-scene.light.to_sun))
-        for mesh in (scene.ground, scene.standing):
+        for mesh in (scene.ground, scene.standing, scene.distant):
             self.scene.add(_mesh(mesh))
         self.nodes = [
             self.scene.add(_mesh(scene.bodies[kind], paint))
