@@ -32,12 +32,18 @@ MAY_IMPORT = {
     "upper": {"lower", "scenarios", "render", "trackers", "upper"},
 }
 ONLY_THERE = {
-    "libsumo": {"simbench.scenarios.traffic", "simbench.scenarios.simulation"},
-    "pyrender": {"simbench.render.offscreen", "simbench.render.pyrender_camera"},
+    "libsumo": {"simbench.scenarios.traffic"},
+    "pyrender": {
+        "simbench.render.batches",
+        "simbench.render.offscreen",
+        "simbench.render.shader_programs",
+    },
     "OpenGL": {
+        "simbench.render.batches",
         "simbench.render.framebuffers",
         "simbench.render.offscreen",
         "simbench.render.pyrender_camera",
+        "simbench.render.shader_programs",
     },
 }
 

@@ -171,8 +171,9 @@ def _factory(name: str) -> Callable[..., Any]:
         else:
             module, _, attribute = name.partition(":")
             factory = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise TrackerError(f"tracker {name} cannot be loaded: {error}") from error
+    except Exception as error:  # a plug-in's module may raise anything on import
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise TrackerError(f"tracker {name} cannot be loaded: {reason}") from error
     if not callable(factory):
         raise TrackerError(
             f"tracker {name} must be a class or function, is no callable"
@@ -187,7 +188,10 @@ def _accepted_parameters(factory: Callable[..., Any]) -> dict[str, Any]:
     A function that takes ``**parameters`` is read as handing them to the class that
     its return annotation names.
     """
-    parameters = inspect.signature(factory).parameters.values()
+    try:
+        parameters = inspect.signature(factory).parameters.values()
+    except ValueError:  # some compiled classes do not tell
+        return {}
     if any(each.kind is each.VAR_KEYWORD for each in parameters):
         made = typing.get_type_hints(factory).get("return")
         if inspect.isclass(made):
