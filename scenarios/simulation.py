@@ -123,7 +123,9 @@ def _run_sumo(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """Run `simbench.scenarios.traffic` in a child process."""
     with tempfile.TemporaryDirectory(prefix="simbench-traffic-") as folder:
         answer = Path(folder) / "recording.npz"
-        program = [sys.executable, "-m", "simbench.scenarios.traffic", str(answer)]
+        # -P: a random.py in the user's directory must not stand in for the real one
+        module = "simbench.scenarios.traffic"
+        program = [sys.executable, "-P", "-m", module, str(answer)]
         try:
             done = subprocess.run(
                 program,
