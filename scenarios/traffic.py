@@ -10,6 +10,7 @@ the lanes, and `simbench.scenarios.simulation` bends the result onto the real ro
 from __future__ import annotations
 
 import json
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -27,6 +28,7 @@ STEP_S = 0.04
 
 _SAFE_CHANGES_ONLY = 512  # lane-change mode: none of its own, asked ones when safe
 _ENTRY_M = 18.0
+_COMFORTABLE = 2.0  # m/s^2, told changes of speed
 
 
 def main() -> int:
@@ -201,51 +203,63 @@ def _record(
     rows: list[tuple[int, int, float, float]] = []
     index: dict[str, int] = {}
     collisions = 0
-    pending = sorted(
-        (
-            (move["at_s"], actor["name"], move)
-            for actor in request["actors"]
-            for move in actor["manoeuvres"]
-        ),
-        key=lambda entry: entry[:2],
-    )
-    for actor in request["actors"]:
-        libsumo.vehicle.setLaneChangeMode(actor["name"], _SAFE_CHANGES_ONLY)
-        libsumo.vehicle.setSpeed(actor["name"], actor["speed_mps"])
-    width = request["lane_width_m"]
+    script = _Script(request["actors"])
     for step in range(steps):
-        while pending and pending[0][0] <= step * STEP_S + 1e-9:
-            _, name, move = pending.pop(0)
-            _order(name, move)
+        script.play(step * STEP_S)
         for name in libsumo.vehicle.getIDList():
             number = index.setdefault(name, len(index))
             lane = libsumo.vehicle.getLaneIndex(name)
-            offset = libsumo.vehicle.getLateralLanePosition(name) / width
+            offset = libsumo.vehicle.getLateralLanePosition(name)
             place = libsumo.vehicle.getLanePosition(name)
-            rows.append((step, number, place, lane + offset))
+            rows.append((step, number, place, lane + offset / request["lane_width_m"]))
         if step < steps - 1:
             _advance(carriageways)
             collisions += libsumo.simulation.getCollidingVehiclesNumber()
     table = np.array(rows, dtype=np.float64)
+    at = table[:, 0].astype(np.int64), table[:, 1].astype(np.int64)
     front = np.full((steps, len(index)), np.nan)
-    lane = np.full((steps, len(index)), np.nan)
-    at = table[:, :2].astype(np.int64)
-    front[at[:, 0], at[:, 1]] = table[:, 2]
-    lane[at[:, 0], at[:, 1]] = table[:, 3]
+    lanes = np.full((steps, len(index)), np.nan)
+    front[at], lanes[at] = table[:, 2], table[:, 3]
     names = np.array(list(index))
-    return {"names": names, "front": front, "lane": lane, "collisions": collisions}
+    return {"names": names, "front": front, "lane": lanes, "collisions": collisions}
 
 
-def _order(name: str, move: dict[str, Any]) -> None:
-    if name not in libsumo.vehicle.getIDList():
-        return
-    if move["speed_mps"] is not None:
-        # Over two seconds rather than at once: SUMO would brake as hard as it may.
-        libsumo.vehicle.slowDown(name, move["speed_mps"], 2.0)
-        return
-    step = 1 if move["change_lane"] == "left" else -1
-    lane = libsumo.vehicle.getLaneIndex(name) + step
-    libsumo.vehicle.changeLane(name, lane, 1e6)
+class _Script:
+    """What the story's own vehicles are told, and when."""
+
+    def __init__(self, actors: list[dict[str, Any]]) -> None:
+        orders = [
+            (move["at_s"], actor["name"], move)
+            for actor in actors
+            for move in actor["manoeuvres"]
+        ]
+        self.pending = sorted(orders, key=lambda order: order[:2])
+        self.ramps: dict[str, list[float]] = {}
+        for actor in actors:
+            libsumo.vehicle.setLaneChangeMode(actor["name"], _SAFE_CHANGES_ONLY)
+            libsumo.vehicle.setSpeed(actor["name"], actor["speed_mps"])
+
+    def play(self, now_s: float) -> None:
+        """Give the orders that are due."""
+        present = set(libsumo.vehicle.getIDList())
+        while self.pending and self.pending[0][0] <= now_s + 1e-9:
+            _, name, move = self.pending.pop(0)
+            if name in present and move["speed_mps"] is not None:
+                self.ramps[name] = _ramp(name, move["speed_mps"])
+            elif name in present:
+                step = 1 if move["change_lane"] == "left" else -1
+                lane = libsumo.vehicle.getLaneIndex(name) + step
+                libsumo.vehicle.changeLane(name, lane, 1e6)
+        for name, speeds in self.ramps.items():
+            if speeds and name in present:
+                libsumo.vehicle.setSpeed(name, speeds.pop(0))
+
+
+def _ramp(name: str, goal_mps: float) -> list[float]:
+    """Return the speeds of the next steps: told at once, SUMO would brake its hardest."""
+    now = libsumo.vehicle.getSpeed(name)
+    count = max(1, math.ceil(abs(goal_mps - now) / _COMFORTABLE / STEP_S))
+    return [now + (goal_mps - now) * (n + 1) / count for n in range(count)]
 
 
 def _network(request: dict[str, Any]) -> str:

@@ -108,6 +108,20 @@ def test_lane_changes_are_smooth_and_steer() -> None:
     assert change.end_s - change.start_s == pytest.approx(5.0, abs=0.3)
 
 
+def test_a_told_speed_is_reached_gently_and_held() -> None:
+    target = {
+        "lane": 0,
+        "along_m": 40,
+        "speed_mps": 20,
+        "manoeuvres": [{"at_s": 0.4, "speed_mps": 14}],
+    }
+    drive = _drive(story(frames=150, target=target))
+    speed = drive.speeds[:, drive.target]
+    assert speed[:10] == pytest.approx(20.0, abs=0.1)
+    assert speed[100:] == pytest.approx(14.0, abs=0.05)  # 6 m/s at 2 m/s^2 take 3 s
+    assert np.diff(speed).min() / 0.04 > -4.5
+
+
 def test_no_vehicle_jumps_sideways_in_busy_traffic() -> None:
     drive = _busy()
     step = np.diff(drive.positions[:, :, 1], axis=0)
