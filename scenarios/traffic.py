@@ -20,6 +20,7 @@ import libsumo
 import numpy as np
 
 from simbench.scenarios.fleet import FLEET
+from simbench.scenarios.sumo_files import network_xml, types_xml
 
 __all__ = ["STEP_S", "main"]
 
@@ -47,9 +48,9 @@ def main() -> int:
 def _simulate(request: dict[str, Any], folder: Path) -> dict[str, Any]:
     rng = np.random.default_rng(request["seed"])
     network = folder / "road.net.xml"
-    network.write_text(_network(request))
+    network.write_text(network_xml(request))
     types = folder / "types.rou.xml"
-    types.write_text(_types(request))
+    types.write_text(types_xml(request))
     libsumo.start(_command(request, network, types))
     try:
         sides = ["near", "far"] if request["opposite"] else ["near"]
@@ -256,63 +257,10 @@ class _Script:
 
 
 def _ramp(name: str, goal_mps: float) -> list[float]:
-    """Return the speeds of the next steps: told at once, SUMO would brake its hardest."""
+    """Return the speeds of the next steps; told at once, SUMO brakes its hardest."""
     now = libsumo.vehicle.getSpeed(name)
     count = max(1, math.ceil(abs(goal_mps - now) / _COMFORTABLE / STEP_S))
     return [now + (goal_mps - now) * (n + 1) / count for n in range(count)]
-
-
-def _network(request: dict[str, Any]) -> str:
-    """Write a straight net by hand: SUMO crashes without the version attribute."""
-    sides = ["near", "far"] if request["opposite"] else ["near"]
-    parts = ['<net version="1.20">']
-    length, width = request["length_m"], request["lane_width_m"]
-    for number, side in enumerate(sides):
-        base = 1000.0 * number
-        lanes = [f"{side}_{lane}" for lane in range(request["lanes"])]
-        parts.append(f'<edge id="{side}" from="{side}.a" to="{side}.b">')
-        for lane, name in enumerate(lanes):
-            y = base + lane * width
-            parts.append(
-                f'<lane id="{name}" index="{lane}" width="{width}" length="{length}" '
-                f'speed="{request["speed_limit_mps"]}" shape="0,{y} {length},{y}"/>'
-            )
-        parts.append("</edge>")
-        for end, x, incoming in (("a", 0.0, ""), ("b", length, " ".join(lanes))):
-            parts.append(
-                f'<junction id="{side}.{end}" type="dead_end" x="{x}" y="{base}" '
-                f'incLanes="{incoming}" intLanes=""/>'
-            )
-    return "".join([*parts, "</net>"])
-
-
-def _types(request: dict[str, Any]) -> str:
-    classes = {
-        "van": "delivery",
-        "truck": "truck",
-        "trailer": "trailer",
-        "bus": "bus",
-        "motorcycle": "motorcycle",
-    }
-    parts = ["<routes>"]
-    for kind, build in FLEET.items():
-        common = (
-            f'vClass="{classes.get(kind, "passenger")}" length="{build.length}" '
-            f'width="{build.width}" height="{build.height}" accel="{build.accel}" '
-            f'decel="{build.decel}" sigma="0" '
-        )
-        parts.append(
-            f'<vType id="{kind}" {common} maxSpeed="{build.max_speed}" '
-            f'speedFactor="normc({build.speed_factor},0.08,0.6,1.2)" '
-            f'lcSpeedGain="3" lcKeepRight="0.4" lcAssertive="1.5"/>'
-        )
-        parts.append(
-            f'<vType id="{kind}.actor" {common} maxSpeed="80" '
-            f'speedFactor="2" speedDev="0"/>'
-        )
-    sides = ["near", "far"] if request["opposite"] else ["near"]
-    parts += [f'<route id="{side}" edges="{side}"/>' for side in sides]
-    return "".join([*parts, "</routes>"])
 
 
 def _command(request: dict[str, Any], network: Path, types: Path) -> list[str]:
