@@ -1,4 +1,4 @@
-"""From a scenario to trajectories: ask SUMO, bend its straight road, check the draw."""
+"""From a scenario to trajectories: ask SUMO in a child process, check the draw."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.errors import TrafficError
-from simbench.scenarios.fleet import FLEET, PAINTS, draw_paint
+from simbench.scenarios.bending import STEP_S, bend
+from simbench.scenarios.fleet import FLEET
 from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.seeds import generator, stream
-from simbench.trajectories import LaneChange, Trajectories, Vehicle
+from simbench.scenarios.seeds import stream
+from simbench.trajectories import Trajectories
 
-__all__ = ["raise_if_failed", "simulate", "smooth_lane"]
+__all__ = ["raise_if_failed", "simulate"]
 
 logger = logging.getLogger(__name__)
 
-_STEP_S = 0.04
 _DRAWS = 20
 _PLAUSIBLE_BRAKING = 6.0  # m/s^2; harder is an emergency stop, not driving
 _TIMEOUT_S = 600.0
@@ -62,7 +62,7 @@ def simulate(
         recording = _run_sumo(request)
         reason = _implausible(recording, request, scenario)
         if not reason:
-            return _trajectories(recording, scenario, line, seed, attempt)
+            return bend(recording, scenario, line, seed, redraws=attempt)
         logger.info("%s seed %d: drawn again: %s", scenario.name, seed, reason)
     raise TrafficError(
         f"{scenario.name}: no plausible traffic in {_DRAWS} draws, wanted one without "
@@ -161,14 +161,14 @@ def _implausible(
     column = names.index("target")
     front = recording["front"][:, column]
     if np.isnan(front).any():
-        left = int(np.isnan(front).argmax()) * _STEP_S
+        left = int(np.isnan(front).argmax()) * STEP_S
         raise TrafficError(
             f"{scenario.name}: the target reaches the end of the road after {left:.1f} "
             f"s of {scenario.duration_s:.1f}: lengthen road.sections, or start earlier"
         )
-    speed = np.diff(front) / _STEP_S
-    window = round(0.2 / _STEP_S)  # drivers act five times a second
-    braking = -(speed[window:] - speed[:-window]) / (window * _STEP_S)
+    speed = np.diff(front) / STEP_S
+    window = round(0.2 / STEP_S)  # drivers act five times a second
+    braking = -(speed[window:] - speed[:-window]) / (window * STEP_S)
     if len(braking) and braking.max() > _PLAUSIBLE_BRAKING:
         return f"the target braked with {braking.max():.1f} m/s^2"
     for actor in request["actors"]:
@@ -185,164 +185,3 @@ def _told_lane(lane: int, moves: list[dict[str, Any]], request: dict[str, Any]) 
         if move["change_lane"] is not None and move["at_s"] <= settled:
             lane += 1 if move["change_lane"] == "left" else -1
     return lane
-
-
-def _trajectories(
-    recording: dict[str, NDArray[Any]],
-    scenario: Scenario,
-    line: RoadLine,
-    seed: int,
-    redraws: int,
-) -> Trajectories:
-    times = np.arange(scenario.frames, dtype=np.float64)
-    times *= scenario.imaging.interval_s
-    at = times / _STEP_S
-    shown = ~np.all(np.isnan(_sample(recording["front"], at)), axis=0)
-    front, lane = recording["front"][:, shown], recording["lane"][:, shown]
-    names: list[str] = recording["names"][shown].tolist()
-    kinds = [_kind(name, scenario) for name in names]
-    near = np.array([not name.startswith("far.") for name in names])
-    lengths = np.array([FLEET[kind].length for kind in kinds])
-    changes = _lane_changes(lane, names, times[-1])
-    lane = smooth_lane(lane)
-    along = front - lengths / 2.0 - line.road.before_m
-    end = line.road.length_m - line.road.before_m
-    along = np.where(near, along, end - line.road.before_m - along)
-    lateral = line.lane_lateral(lane) * np.where(near, 1.0, -1.0)
-    places = line.point(along, lateral)
-    turn = np.where(near, 0.0, np.pi)
-    heading = line.heading_at(along) + turn + _drift(along, lateral, near)
-    pitch = line.pitch_at(along) * np.where(near, 1.0, -1.0)
-    velocity = _gradient(places)
-    looks = generator(scenario, seed, "looks")
-    sampled = _sample(places, at)
-    present = ~np.isnan(sampled[..., 0])
-    lanes = np.where(present, np.rint(np.nan_to_num(_sample(lane, at))), -1)
-    return Trajectories(
-        times=times,
-        vehicles=_vehicles(names, kinds, scenario, looks),
-        positions=sampled,
-        headings=_sample(heading, at),
-        pitches=_sample(pitch, at),
-        speeds=np.linalg.norm(_sample(velocity, at), axis=-1),
-        lanes=lanes.astype(np.int64),
-        target=names.index("target"),
-        lane_changes=changes,
-        redraws=redraws,
-    )
-
-
-def _kind(name: str, scenario: Scenario) -> Any:
-    if name == "target":
-        return scenario.target.vehicle_class
-    if name.startswith("stranger."):
-        return scenario.strangers[int(name.split(".")[1])].vehicle_class
-    return name.rsplit(".", 1)[1]
-
-
-def _vehicles(
-    names: list[str], kinds: list[Any], scenario: Scenario, looks: np.random.Generator
-) -> tuple[Vehicle, ...]:
-    vehicles = []
-    for name, kind in zip(names, kinds, strict=True):
-        build = FLEET[kind]
-        colour = draw_paint(kind, looks)
-        if name == "target":
-            colour = PAINTS[scenario.target.colour]
-        elif name.startswith("stranger."):
-            colour = PAINTS[scenario.strangers[int(name.split(".")[1])].colour]
-        vehicles.append(
-            Vehicle(name, kind, build.length, build.width, build.height, colour)
-        )
-    return tuple(vehicles)
-
-
-def smooth_lane(lane: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Round off SUMO's straight lane-change ramps.
-
-    SUMO moves a vehicle sideways at constant speed between lane centres. The
-    fraction of the way is mapped through the minimum-jerk polynomial, so that lateral
-    speed and acceleration vanish at both ends; no history is needed.
-
-    Parameters
-    ----------
-    lane : (...) float
-        Lane coordinate: whole numbers are lane centres.
-
-    Returns
-    -------
-    (...) float
-
-    References
-    ----------
-    Flash and Hogan (1985), "The coordination of arm movements", J. Neuroscience 5(7).
-
-    Examples
-    --------
-    >>> smooth_lane(np.array([1.0, 1.25, 1.5, 2.0])).round(3).tolist()
-    [1.0, 1.104, 1.5, 2.0]
-    """
-    whole = np.floor(lane + 1e-9)
-    part = np.clip(lane - whole, 0.0, 1.0)
-    eased: NDArray[np.float64] = whole + part**3 * (10.0 + part * (-15.0 + 6.0 * part))
-    return eased
-
-
-def _gradient(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rate of change along axis 0 per second; one-sided next to NaN."""
-    step = np.diff(values, axis=0) / _STEP_S
-    pad = np.full((1, *values.shape[1:]), np.nan)
-    before = np.concatenate([pad, step])
-    after = np.concatenate([step, pad])
-    before = np.where(np.isnan(before), after, before)
-    after = np.where(np.isnan(after), before, after)
-    mean: NDArray[np.float64] = (before + after) / 2.0
-    return mean
-
-
-def _drift(
-    along: NDArray[np.float64], lateral: NDArray[np.float64], near: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Return the angle [rad] between a vehicle's motion and its lane."""
-    forward = np.where(near, 1.0, -1.0)
-    sideways, onward = _gradient(lateral) * forward, _gradient(along) * forward
-    return np.where(onward > 1.0, np.arctan2(sideways, np.maximum(onward, 1.0)), 0.0)
-
-
-def _sample(
-    values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Interpolate (T, ...) values linearly at fractional steps; NaN stays NaN."""
-    low = np.minimum(np.floor(at + 1e-9).astype(np.int64), len(values) - 2)
-    part = np.clip(at - low, 0.0, 1.0).reshape(-1, *[1] * (values.ndim - 1))
-    mixed = values[low] + part * (values[low + 1] - values[low])
-    sampled: NDArray[np.float64] = np.where(part < 1e-9, values[low], mixed)
-    return sampled
-
-
-def _lane_changes(
-    lane: NDArray[np.float64], names: list[str], until_s: float
-) -> tuple[LaneChange, ...]:
-    changes = []
-    for column, name in enumerate(names):
-        track = lane[:, column]
-        moving = np.abs(track - np.rint(track)) > 1e-6
-        edges = np.flatnonzero(np.diff(moving.astype(np.int8)))
-        starts = [edge for edge in edges if moving[edge + 1]]
-        for start in starts:
-            later = edges[edges > start]
-            stop = int(later[0]) + 1 if len(later) else len(track) - 1
-            origin, goal = track[start], track[stop]
-            if np.isnan(goal) or np.isnan(origin) or round(goal) == round(origin):
-                continue
-            if start * _STEP_S <= until_s:
-                changes.append(
-                    LaneChange(
-                        name,
-                        float(start * _STEP_S),
-                        float(stop * _STEP_S),
-                        round(float(origin)),
-                        round(float(goal)),
-                    )
-                )
-    return tuple(sorted(changes, key=lambda change: (change.start_s, change.vehicle)))

@@ -37,7 +37,7 @@ def network_xml(request: dict[str, Any]) -> str:
 
 
 def types_xml(request: dict[str, Any]) -> str:
-    """Return the vehicle types and routes; the story's own vehicles have types apart."""
+    """Return vehicle types and routes; the story's own vehicles have types apart."""
     classes = {
         "van": "delivery",
         "truck": "truck",

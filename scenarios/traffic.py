@@ -4,7 +4,7 @@
 and writes a recording (NPZ) to FILE. SUMO keeps one simulation a process, speaks on the
 process's own outputs and, on some networks, crashes; a child process makes all three
 harmless. The roads are straight here: SUMO decides who drives where along
-the lanes, and `simbench.scenarios.simulation` bends the result onto the real road.
+the lanes, and `simbench.scenarios.bending` puts the result onto the real road.
 """
 
 from __future__ import annotations
@@ -19,13 +19,11 @@ from typing import Any
 import libsumo
 import numpy as np
 
+from simbench.scenarios.bending import STEP_S
 from simbench.scenarios.fleet import FLEET
 from simbench.scenarios.sumo_files import network_xml, types_xml
 
-__all__ = ["STEP_S", "main"]
-
-STEP_S = 0.04
-"""Simulation step in seconds; SUMO counts whole milliseconds."""
+__all__ = ["main"]
 
 _SAFE_CHANGES_ONLY = 512  # lane-change mode: none of its own, asked ones when safe
 _ENTRY_M = 18.0

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from simbench.errors import TrafficError
+from simbench.scenarios.bending import smooth_lane
 from simbench.scenarios.loading import load_scenario
 from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.simulation import raise_if_failed, simulate, smooth_lane
+from simbench.scenarios.simulation import raise_if_failed, simulate
 from simbench.trajectories import Trajectories
 from tests.scenarios.stories import story
 
