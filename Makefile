@@ -13,7 +13,7 @@ DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,s
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
-	@$(BIN)/simbench run free-flow lane-change poles bridge \
+	@$(BIN)/simbench run poles bridge free-flow --frames 220 \
 	    --trackers $(DEMO_TRACKERS) --seeds 0:3 --jobs $(JOBS) --out $(DEMO)
 	@echo "open $(CURDIR)/$(DEMO)/report.html"
 
@@ -49,11 +49,11 @@ clean:
 
 .venv/installed: .venv/python pyproject.toml
 	@.ci/system-packages $(LIBRARIES)
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e .
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -e .
 	@touch $@
 
 .venv/developer: .venv/installed
-	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]'
 	@$(BIN)/simbench doctor
 	@touch $@
 
@@ -66,8 +66,8 @@ clean:
 .venv-bench/installed: pyproject.toml
 	@.ci/python-environment $(PYTHON) .venv-bench
 	@.ci/system-packages $(LIBRARIES)
-	@.venv-bench/bin/pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]'
 	@.venv-bench/bin/pip uninstall --quiet -y opencv-python-headless
-	@.venv-bench/bin/pip install --quiet --disable-pip-version-check \
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check --no-compile \
 	    opencv-contrib-python-headless
 	@touch $@

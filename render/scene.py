@@ -142,19 +142,37 @@ def _surroundings(
         for along in _spots(start, end, wanted.tree_spacing_m):
             for side in (-1.0, 1.0):
                 place = along + rng.uniform(-0.4, 0.4) * wanted.tree_spacing_m
-                out = line.edge_m + wanted.tree_lateral_m + rng.exponential(7.0)
-                base = line.point(place, side * out, -0.5)
-                height = rng.uniform(6.0, 13.0)
-                near = float(np.min(np.linalg.norm(eyes - base, axis=-1)))
-                mesh = tree(
-                    height * rng.uniform(0.5, 0.75),
-                    height,
-                    wanted.season,
-                    rng,
-                    leaves=150 if near < 60.0 else 60 if near < 140.0 else 24,
-                )
-                turned = mesh.moved(base, rng.uniform(0.0, 2.0 * math.pi))
-                parts.append(_identified(turned, "tree"))
+                parts += _growth(line, wanted, place, side, eyes, rng)
+    return parts
+
+
+def _growth(
+    line: RoadLine,
+    wanted: Surroundings,
+    along_m: float,
+    side: float,
+    eyes: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> list[Mesh]:
+    """Plant a tree and, before it or behind, a bush."""
+    parts = []
+    for kind in ("tree", "bush"):
+        out = line.edge_m + wanted.tree_lateral_m + rng.exponential(7.0)
+        base = line.point(along_m + rng.uniform(-3.0, 3.0), side * out, -0.5)
+        height = rng.uniform(6.0, 13.0) if kind == "tree" else rng.uniform(1.6, 3.2)
+        spread = rng.uniform(0.5, 0.75) if kind == "tree" else rng.uniform(1.0, 1.6)
+        near = float(np.min(np.linalg.norm(eyes - base, axis=-1)))
+        leaves = 260 if near < 60.0 else 60 if near < 140.0 else 24
+        mesh = tree(
+            height * spread,
+            height,
+            wanted.season,
+            rng,
+            leaves=leaves if kind == "tree" else leaves // 3,
+            crown_from_m=None if kind == "tree" else 0.2,
+        )
+        turned = mesh.moved(base, rng.uniform(0.0, 2.0 * math.pi))
+        parts.append(_identified(turned, "tree"))
     return parts
 
 

@@ -57,7 +57,7 @@ def ground(line: RoadLine, start_m: float, end_m: float, season: str) -> Mesh:
             low = first + lane * lane_m + (_MARK_M / 2 if lane else 0.0)
             high = first + (lane + 1) * lane_m
             high -= _MARK_M / 2 if lane < road.lanes - 1 else 0.0
-            parts.append(_side_band(line, coarse, side, low, high, _ASPHALT))
+            parts += _lane_surface(line, coarse, side, low, high)
             if lane:
                 parts += _dashes(line, fine, side, low - _MARK_M, low)
         parts.append(_verge(line, coarse, side, grass))
@@ -89,6 +89,26 @@ def _side_band(
 ) -> Mesh:
     a, b = sorted((side * low, side * high))
     return _band(line, along, a, b, colour, Surface.ASPHALT)
+
+
+def _lane_surface(
+    line: RoadLine, along: NDArray[np.float64], side: float, low: float, high: float
+) -> list[Mesh]:
+    """Make one lane's asphalt, darker where the wheels roll."""
+    middle = (low + high) / 2.0
+    places = [low, *(middle + np.array([-1.15, -0.6, 0.6, 1.15])), high]
+    shades = [1.0, 0.95, 0.98, 0.95, 1.0]
+    return [
+        _side_band(
+            line,
+            along,
+            side,
+            places[n],
+            places[n + 1],
+            (_ASPHALT[0] * shade, _ASPHALT[1] * shade, _ASPHALT[2] * shade),
+        )
+        for n, shade in enumerate(shades)
+    ]
 
 
 def _dashes(

@@ -64,7 +64,7 @@ def tree(
         base = base * np.array([0.6, 0.75, 0.8])
     middle = np.array([0.0, 0.0, (low + height_m) / 2.0])
     half = np.array([width_m, width_m, height_m - low]) / 2.0
-    core = _core(middle, half * 0.78, base * 0.55, is_conifer, rough=leaves < 50)
+    core = _core(middle, half * 0.78, base * 0.7, is_conifer, rough=leaves < 50)
     sheets = _sheets(middle, half, base, leaves, is_conifer, rng)
     trunk = cylinder(
         (0, 0, -0.5), (0, 0, middle[2]), max(0.09, width_m * 0.035), _BARK, sides=7
@@ -112,7 +112,7 @@ def _sheets(
     depth = rng.uniform(0.72, 1.0, (count, 1))
     spot = outward * depth
     spot[:, :2] *= _taper(spot[:, 2], is_conifer)[:, None]
-    size = half.mean() * 2.6 / np.sqrt(count)
+    size = half.mean() * 2.3 / np.sqrt(count)
     u = rng.standard_normal((count, 3))
     v = np.cross(u, rng.standard_normal((count, 3)))
     u *= size / np.linalg.norm(u, axis=-1, keepdims=True)
@@ -123,7 +123,7 @@ def _sheets(
     normals = np.repeat(outward + [0.0, 0.0, 0.35], 3, axis=0)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     mesh = soup(triangles, (1.0, 1.0, 1.0), Surface.FOLIAGE, normals=normals)
-    shade = rng.uniform(0.75, 1.3, (count, 1)) * (0.8 + 0.2 * outward[:, 2:])
+    shade = rng.uniform(0.8, 1.2, (count, 1)) * (0.8 + 0.2 * outward[:, 2:])
     tints = np.clip(colour * shade, 0.0, 1.0)
     mesh.colours[:, :3] = np.repeat(tints, 3, axis=0)
     return mesh

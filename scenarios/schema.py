@@ -255,9 +255,9 @@ class Imaging(Strict):
     )
     exposure: float = Field(default=1.0, gt=0.01, le=20, description="Gain.")
     noise: float = Field(
-        default=0.008, ge=0, le=0.5, description="Noise at full scale, of full scale."
+        default=0.012, ge=0, le=0.5, description="Noise at full scale, of full scale."
     )
-    blur_px: float = Field(default=0.0, ge=0, le=20, description="Gaussian sigma.")
+    blur_px: float = Field(default=0.45, ge=0, le=20, description="Gaussian sigma.")
     downscale: float = Field(
         default=1.0, ge=1, le=16, description="Detail lost: resized down and up again."
     )

@@ -1,11 +1,18 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from simbench.render.sensor import expose
 from simbench.scenarios.schema import Imaging
+
+
+def _sensor(**settings: Any) -> Imaging:
+    """An ideal sensor but for what is set."""
+    return Imaging.model_validate({"noise": 0, "blur_px": 0} | settings)
 
 
 def _flat(level: int, size: int = 100) -> NDArray[np.uint8]:
@@ -20,13 +27,13 @@ def _edge() -> NDArray[np.uint8]:
 
 def test_an_ideal_sensor_changes_nothing(rng: np.random.Generator) -> None:
     picture = _edge()
-    assert np.array_equal(expose(picture, Imaging(noise=0), rng), picture)
+    assert np.array_equal(expose(picture, _sensor(), rng), picture)
 
 
 def test_the_picture_handed_in_is_not_written(rng: np.random.Generator) -> None:
     picture = _edge()
     kept = picture.copy()
-    settings = Imaging(noise=0.1, blur_px=1, downscale=2, exposure=2, jpeg_quality=40)
+    settings = _sensor(noise=0.1, blur_px=1, downscale=2, exposure=2, jpeg_quality=40)
     expose(picture, settings, rng)
     assert np.array_equal(picture, kept)
 
@@ -41,7 +48,7 @@ def test_the_picture_handed_in_is_not_written(rng: np.random.Generator) -> None:
 def test_noise_has_the_spread_asked_for(
     level: int, share: float, rng: np.random.Generator
 ) -> None:
-    noisy = expose(_flat(level), Imaging(noise=0.04), rng).astype(np.float64)
+    noisy = expose(_flat(level), _sensor(noise=0.04), rng).astype(np.float64)
     expected = 0.04 * 255 * share**0.5
     # 30,000 draws: the standard error of a spread is 1 / sqrt(60,000) of it; rounding
     # to whole levels adds a variance of 1/12.
@@ -51,25 +58,25 @@ def test_noise_has_the_spread_asked_for(
 
 
 def test_the_same_generator_state_gives_the_same_noise() -> None:
-    settings = Imaging(noise=0.05)
+    settings = _sensor(noise=0.05)
     one, two = (expose(_edge(), settings, np.random.default_rng(4)) for _ in range(2))
     assert np.array_equal(one, two)
 
 
 def test_doubling_the_exposure_doubles_the_light(rng: np.random.Generator) -> None:
-    brighter = expose(_flat(100), Imaging(noise=0, exposure=2), rng)[0, 0, 0]
+    brighter = expose(_flat(100), _sensor(exposure=2), rng)[0, 0, 0]
     assert brighter == round(255 * (2 * (100 / 255) ** 2.2) ** (1 / 2.2))
 
 
 def test_exposure_saturates_at_white(rng: np.random.Generator) -> None:
-    assert expose(_flat(200), Imaging(noise=0, exposure=9), rng).max() == 255
+    assert expose(_flat(200), _sensor(exposure=9), rng).max() == 255
 
 
 @pytest.mark.parametrize(
     "settings",
     [
-        pytest.param(Imaging(noise=0, blur_px=2), id="blur"),
-        pytest.param(Imaging(noise=0, downscale=4), id="lost detail"),
+        pytest.param(_sensor(blur_px=2), id="blur"),
+        pytest.param(_sensor(downscale=4), id="lost detail"),
     ],
 )
 def test_softening_widens_an_edge_and_keeps_the_rest(
@@ -86,7 +93,7 @@ def test_jpeg_loses_more_at_lower_quality(rng: np.random.Generator) -> None:
     picture = rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)
 
     def loss(quality: int) -> float:
-        out = expose(picture, Imaging(noise=0, jpeg_quality=quality), rng)
+        out = expose(picture, _sensor(jpeg_quality=quality), rng)
         return float(np.abs(out.astype(int) - picture).mean())
 
     assert loss(95) < loss(50) < loss(10)
@@ -95,5 +102,5 @@ def test_jpeg_loses_more_at_lower_quality(rng: np.random.Generator) -> None:
 def test_jpeg_keeps_the_order_of_the_channels(rng: np.random.Generator) -> None:
     red = _flat(0)
     red[..., 0] = 200
-    out = expose(red, Imaging(noise=0, jpeg_quality=90), rng)
+    out = expose(red, _sensor(jpeg_quality=90), rng)
     assert out[50, 50, 0] > 180 and out[50, 50, 2] < 20

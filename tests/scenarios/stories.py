@@ -25,6 +25,6 @@ def story(**parts: Any) -> Scenario:
             "look_at": {"along_m": 40, "lateral_m": -7.25, "height_m": 1.5},
             "fov_rad": 0.2,
         },
-        "imaging": {"width_px": 160, "height_px": 120, "noise": 0},
+        "imaging": {"width_px": 160, "height_px": 120, "noise": 0, "blur_px": 0},
     }
     return Scenario.model_validate(content | parts)
