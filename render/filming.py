@@ -7,11 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.box import area, clip
 from simbench.errors import RenderError
 from simbench.render.pyrender_camera import PyrenderCamera
 from simbench.render.scene import build_scene, vehicle_poses
 from simbench.render.sensor import expose
 from simbench.render.truth import TruthRecorder
+from simbench.scenarios.schema import Scenario
 from simbench.scenarios.seeds import generator
 from simbench.scenarios.stage import Stage
 from simbench.sequence import Truth
@@ -20,6 +22,10 @@ __all__ = ["TargetHiddenError", "film"]
 
 _PLAIN_VIEW = 0.7
 """Least visible fraction of the target in the first frame."""
+_INSIDE = 0.5
+"""Least share of its box inside the picture there."""
+_LEAST_PX = 6.0
+"""Least width and height of its box there, in px."""
 
 
 class TargetHiddenError(RenderError):
@@ -71,7 +77,7 @@ def film(
                 )
             recorder.add(shot, camera, poses)
             if index == 0:
-                _require_plain_view(scenario.name, recorder)
+                _require_plain_view(scenario, recorder)
             rng = generator(scenario, stage.seed, "sensor", index)
             keep(index, expose(shot.image, imaging, rng))
             if progress is not None:
@@ -79,11 +85,21 @@ def film(
     return recorder.finish(imaging.width_px, imaging.height_px)
 
 
-def _require_plain_view(name: str, recorder: TruthRecorder) -> None:
-    fraction, occluder = recorder.first_view
+def _require_plain_view(scenario: Scenario, recorder: TruthRecorder) -> None:
+    """Refuse a first frame that no tracker could be started on."""
+    box, fraction, occluder = recorder.first_view
+    size = scenario.imaging.width_px, scenario.imaging.height_px
+    inside = float(np.nansum(area(clip(box[None], *size)))) / float(area(box))
+    if inside < _INSIDE or box[2:].min() < _LEAST_PX:
+        raise RenderError(
+            f"{scenario.name}: trackers start on the first frame: wanted a target of "
+            f"at least {_LEAST_PX:g} px with {_INSIDE:.0%} of its box in the "
+            f"picture, found {box[2]:.0f} x {box[3]:.0f} px with {inside:.0%}: change "
+            "camera.look_at, camera.fov_rad or target.along_m"
+        )
     if fraction < _PLAIN_VIEW:
         raise TargetHiddenError(
-            f"{name}: a {occluder} hides the target in the first frame, where trackers "
-            f"are started: wanted a visible fraction of {_PLAIN_VIEW:g} or more, found "
-            f"{fraction:.2f}"
+            f"{scenario.name}: a {occluder} hides the target in the first frame, where "
+            f"trackers are started: wanted a visible fraction of {_PLAIN_VIEW:g} or "
+            f"more, found {fraction:.2f}"
         )

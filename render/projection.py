@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from simbench.camera import Camera
 
-__all__ = ["clip_matrix", "shadow_matrix"]
+__all__ = ["NEAR_M", "clip_matrix", "linear_depth", "shadow_matrix"]
 
-_NEAR_M, _FAR_M = 0.4, 2500.0
+NEAR_M, _FAR_M = 0.4, 2500.0
 SHADOW_RADIUS_M = 55.0
 SHADOW_TEXELS = 1024
 
@@ -25,12 +25,12 @@ def clip_matrix(camera: Camera) -> NDArray[np.float64]:
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
     width, height = camera.width, camera.height
-    depth = _FAR_M - _NEAR_M
+    depth = _FAR_M - NEAR_M
     projection = np.array(
         [
             [2 * fx / width, 0.0, 2 * cx / width - 1.0, 0.0],
             [0.0, 2 * fy / height, 2 * cy / height - 1.0, 0.0],
-            [0.0, 0.0, (_FAR_M + _NEAR_M) / depth, -2 * _FAR_M * _NEAR_M / depth],
+            [0.0, 0.0, (_FAR_M + NEAR_M) / depth, -2 * _FAR_M * NEAR_M / depth],
             [0.0, 0.0, 1.0, 0.0],
         ]
     )
@@ -44,8 +44,8 @@ def clip_matrix(camera: Camera) -> NDArray[np.float64]:
 def linear_depth(window: NDArray[np.float32]) -> NDArray[np.float32]:
     """Turn window depth in [0, 1] into metres along the axis; the far plane is inf."""
     ndc = 2.0 * window - 1.0
-    span = (_FAR_M + _NEAR_M) - ndc * (_FAR_M - _NEAR_M)
-    metres = (2.0 * _NEAR_M * _FAR_M / span).astype(np.float32)
+    span = (_FAR_M + NEAR_M) - ndc * (_FAR_M - NEAR_M)
+    metres = (2.0 * NEAR_M * _FAR_M / span).astype(np.float32)
     return np.where(window >= 1.0, np.float32(np.inf), metres)
 
 

@@ -126,9 +126,7 @@ def _surroundings(
 ) -> list[Mesh]:
     parts = []
     if wanted.guard_rails:
-        parts.append(
-            _identified(guard_rails(line, start, min(end, start + 900)), "rail")
-        )
+        parts.append(_identified(guard_rails(line, start, end), "rail"))
     if wanted.lamp_spacing_m is not None:
         for along in _spots(start, end, wanted.lamp_spacing_m):
             heading = float(line.heading_at(along))

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from simbench.box import centers
 from simbench.camera import Camera
 from simbench.mask import Mask
+from simbench.render.projection import NEAR_M
 from simbench.render.pyrender_camera import Shot
 from simbench.render.scene import Scene
-from simbench.render.vehicles import hull_points
+from simbench.render.vehicles import hull
 from simbench.sequence import Truth, VehicleTruth
 from simbench.trajectories import Trajectories
 
@@ -106,8 +107,8 @@ def amodal_boxes(
     Returns
     -------
     (V, 4) float, px
-        ``left, top, width, height``, not clipped to the image. NaN where the box does
-        not meet the image, or any part is closer than 0.2 m to the camera's plane.
+        ``left, top, width, height``, not clipped to the image, around what lies beyond
+        the camera's near plane. NaN where that does not meet the image.
     """
     boxes = np.full((len(poses), 4), np.nan)
     local = camera.to_camera(poses[:, :3, 3])
@@ -116,16 +117,29 @@ def amodal_boxes(
     near = (local[:, 2] > -20.0) & (np.abs(local[:, 0]) < slope * local[:, 2] + 60.0)
     for index in np.flatnonzero(near):
         vehicle, pose = trajectories.vehicles[index], poses[index]
-        points = hull_points(
-            vehicle.vehicle_class, vehicle.length, vehicle.width, vehicle.height
-        )
-        pixels, depth = camera.project(points @ pose[:3, :3].T + pose[:3, 3])
-        if depth.min() < 0.2:
+        outline = hull(vehicle)
+        points = outline.points @ pose[:3, :3].T + pose[:3, 3]
+        ahead = _beyond_near_plane(camera, points, outline.edges)
+        if not len(ahead):
             continue
+        pixels, _ = camera.project(ahead)
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         if np.all(high > 0.0) and np.all(low < [camera.width, camera.height]):
             boxes[index] = [*low, *(high - low)]
     return boxes
+
+
+def _beyond_near_plane(
+    camera: Camera, points: NDArray[np.float64], edges: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Cut a hull at the near plane: points beyond it, and where edges cross it."""
+    gap = camera.to_camera(points)[:, 2] - NEAR_M
+    if gap.min() >= 0.0:
+        return points
+    first, second = edges[np.prod(np.sign(gap[edges]), axis=1) < 0].T
+    share = gap[first] / (gap[first] - gap[second])
+    crossing = points[first] + share[:, None] * (points[second] - points[first])
+    return np.concatenate([points[gap >= 0.0], crossing])
 
 
 @dataclass(slots=True)
@@ -172,9 +186,10 @@ class TruthRecorder:
         self._masks.append(_masks(pixel_ids(shot.ids, self.samples), first, count))
 
     @property
-    def first_view(self) -> tuple[float, str]:
-        """Visible fraction of the target in the first frame, and what hides it."""
-        return self._fraction[0], self._occluders[0]
+    def first_view(self) -> tuple[NDArray[np.float64], float, str]:
+        """The target in the first frame: box (4,) px, visible fraction, occluder."""
+        box = self._rows[0]["boxes"][self.trajectories.target]
+        return box, self._fraction[0], self._occluders[0]
 
     def _add_target(self, shot: Shot) -> None:
         identity = int(self.scene.ids[self.trajectories.target])
@@ -212,8 +227,6 @@ class TruthRecorder:
         )
         absent = np.array(self._covered) == 0
         boxes = np.where(absent[:, None], np.nan, stacked["boxes"][:, target])
-        # A target that covers samples but crosses the camera's plane has no box.
-        absent = absent | np.isnan(boxes[:, 0])
         edge = boxes[:, :2] + boxes[:, 2:]
         outside = np.any(boxes[:, :2] < 0, axis=1) | np.any(
             edge > [width, height], axis=1

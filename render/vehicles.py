@@ -6,6 +6,7 @@ width and height exactly.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from simbench.render.mesh import Mesh, Surface, box, cylinder, extrusion, merge, soup
 from simbench.trajectories import Vehicle, VehicleClass
 
-__all__ = ["body", "hull_points"]
+__all__ = ["Hull", "body", "hull"]
 
 Colour = tuple[float, float, float]
 
@@ -66,20 +67,38 @@ def _body(kind: VehicleClass, length: float, width: float, height: float) -> Mes
     return raw.moved(offset, scale=scale)
 
 
-@cache
-def hull_points(
-    kind: VehicleClass, length: float, width: float, height: float
-) -> NDArray[np.float64]:
-    """Return the corners of the body's convex hull, (P, 3) float, m.
+@dataclass(frozen=True, slots=True)
+class Hull:
+    """The convex hull of a body.
 
-    A linear projection takes its extremes at these, so the box around them is the box
-    around the whole mesh.
+    A projection takes its extremes at the hull's corners, so the box around them is
+    the box around the whole mesh.
+
+    Attributes
+    ----------
+    points : (P, 3) float, m
+    edges : (E, 2) int
+        Which points are joined.
     """
+
+    points: NDArray[np.float64]
+    edges: NDArray[np.int64]
+
+
+def hull(vehicle: Vehicle) -> Hull:
+    """Return the convex hull of a vehicle's body, in the vehicle's frame."""
+    return _hull(vehicle.vehicle_class, vehicle.length, vehicle.width, vehicle.height)
+
+
+@cache
+def _hull(kind: VehicleClass, length: float, width: float, height: float) -> Hull:
     mesh = _body(kind, length, width, height)
     unique = np.unique(mesh.positions.astype(np.float64), axis=0)
-    hull = trimesh.convex.convex_hull(unique)
-    points: NDArray[np.float64] = np.asarray(hull.vertices, dtype=np.float64)
-    return points
+    solid = trimesh.convex.convex_hull(unique)
+    return Hull(
+        np.asarray(solid.vertices, dtype=np.float64),
+        np.asarray(solid.edges_unique, dtype=np.int64),
+    )
 
 
 def _sumo_car(name: str) -> Mesh:

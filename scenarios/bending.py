@@ -28,6 +28,7 @@ def bend(
     scenario: Scenario,
     line: RoadLine,
     seed: int,
+    times: NDArray[np.float64],
     *,
     redraws: int,
 ) -> Trajectories:
@@ -43,11 +44,11 @@ def bend(
     line : RoadLine
     seed : int
         Seed of the run, for the paints.
+    times : (T,) float, s
+        Of the kept frames.
     redraws : int
         Draws thrown away before this one.
     """
-    times = np.arange(scenario.frames, dtype=np.float64)
-    times *= scenario.imaging.interval_s
     at = times / STEP_S
     shown = ~np.all(np.isnan(_sample(recording["front"], at)), axis=0)
     front, lane = recording["front"][:, shown], recording["lane"][:, shown]

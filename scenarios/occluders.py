@@ -97,10 +97,11 @@ def _on_sight(
     body[2] += vehicle.height / 2.0
     eye = cameras[frame].position
     reach = float(np.linalg.norm(body[:2] - eye[:2]))
-    if distance > reach - vehicle.width:
+    before = reach - float(np.hypot(vehicle.length, vehicle.width)) / 2.0
+    if distance > before:
         raise ScenarioError(
-            f"{key}.distance_m must be less than {reach - vehicle.width:.1f} m, where "
-            f"the target is at {at:g} s, got {distance:g}"
+            f"{key}.distance_m must be less than {before:.1f} m, where the target "
+            f"is at {at:g} s, got {distance:g}"
         )
     sight = eye + (body - eye) * (distance / reach)
     along, lateral = line.locate(sight[None])[0]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from simbench.scenarios.schema import Road
 
@@ -113,10 +114,8 @@ class RoadLine:
         (N, 2) float, m
             ``along, lateral``, exact to millimetres within 60 m of the line.
         """
-        line = np.stack([self.x, self.y], axis=-1)
-        gap = points[:, None, :2] - line[None]
-        nearest = np.argmin((gap**2).sum(-1), axis=1)
-        along = self.along[nearest]
+        tree = cKDTree(np.stack([self.x, self.y], axis=-1))
+        along = self.along[tree.query(points[:, :2])[1]]
         for _ in range(3):  # Newton steps along the tangent
             heading = self.heading_at(along)
             offset = points[:, :2] - self.point(along, 0.0)[:, :2]

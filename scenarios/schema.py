@@ -11,9 +11,11 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+RoleT = TypeVar("RoleT", "Target", "Stranger")
 
 __all__ = [
     "Camera",
@@ -32,6 +34,7 @@ __all__ = [
     "Surroundings",
     "Target",
     "Traffic",
+    "told_lanes",
 ]
 
 PaintName = Literal[
@@ -53,6 +56,20 @@ class Strict(BaseModel):
     """Base of every part: unknown keys are errors, values do not change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numbers_are_numbers(cls, content: Any) -> Any:
+        """Refuse ``"4"`` and ``true`` for a number; pydantic would take them."""
+        if isinstance(content, dict):
+            for key, value in content.items():
+                field = cls.model_fields.get(key)
+                if field is None or not isinstance(value, bool | str):
+                    continue
+                wants = {field.annotation, *get_args(field.annotation)}
+                if wants & {int, float} and not wants & {type(value)}:
+                    raise ValueError(f"{key} must be a number, found {value!r}")
+        return content
 
 
 class Section(Strict):
@@ -250,6 +267,9 @@ class Imaging(Strict):
     height_px: int = Field(default=320, ge=48, le=2160)
     frame_rate_hz: float = Field(default=25, gt=0.5, le=100)
     keep_every: int = Field(default=1, ge=1, le=100, description="Drop the others.")
+    drop_share: float = Field(
+        default=0.0, ge=0, le=0.9, description="Share of frames lost at random."
+    )
     samples: Literal[1, 2, 3, 4] = Field(
         default=2, description="Samples a pixel along each axis."
     )
@@ -328,6 +348,9 @@ class Scenario(Strict):
                     f"{what}.lane must be below road.lanes = {self.road.lanes}, "
                     f"got {lane}"
                 )
+        self._require_drivable("target", self.target)
+        for index, stranger in enumerate(self.strangers):
+            self._require_drivable(f"strangers.{index}", stranger)
         ahead = self.road.length_m - self.road.before_m
         if not -self.road.before_m + 20 <= self.target.along_m <= ahead - 20:
             raise ValueError(
@@ -336,6 +359,28 @@ class Scenario(Strict):
                 f"got {self.target.along_m:g}"
             )
         return self
+
+    def _require_drivable(self, what: str, role: Target | Stranger) -> None:
+        """Refuse lane changes off the road, on top of each other or after the end."""
+        lasts, last = self.traffic.lane_change_s, -math.inf
+        for index, move in enumerate(role.manoeuvres):
+            if move.at_s > self.duration_s and self.imaging.drop_share == 0:
+                raise ValueError(
+                    f"{what}.manoeuvres.{index}.at_s must be at most "
+                    f"{self.duration_s:.2f}, the last frame, got {move.at_s:g}"
+                )
+        for at_s, lane in told_lanes(role):
+            if not 0 <= lane < self.road.lanes:
+                raise ValueError(
+                    f"{what}.manoeuvres must stay on lanes 0 to "
+                    f"{self.road.lanes - 1}, found lane {lane} at {at_s:g} s"
+                )
+            if at_s < last + lasts:
+                raise ValueError(
+                    f"{what}.manoeuvres: lane changes take {lasts:g} s "
+                    f"(traffic.lane_change_s), found {last:g} s and {at_s:g} s"
+                )
+            last = at_s
 
     @property
     def digest(self) -> str:
@@ -351,8 +396,15 @@ class Scenario(Strict):
     def shortened(self, frames: int) -> Scenario:
         """Return the same story cut after ``frames`` frames (at most its own).
 
-        Occluders on a line of sight that comes later are left out with it.
+        Manoeuvres and occluders that come later are left out with it.
+
+        Raises
+        ------
+        ValueError
+            If ``frames`` is below 2.
         """
+        if frames < 2:
+            raise ValueError(f"frames must be at least 2, got {frames}")
         kept = min(frames, self.frames)
         end_s = (kept - 1) * self.imaging.interval_s
         occluders = tuple(
@@ -360,4 +412,26 @@ class Scenario(Strict):
             for occluder in self.occluders
             if occluder.hides_at_s is None or occluder.hides_at_s <= end_s
         )
-        return self.model_copy(update={"frames": kept, "occluders": occluders})
+        return self.model_copy(
+            update={
+                "frames": kept,
+                "occluders": occluders,
+                "target": _until(self.target, end_s),
+                "strangers": tuple(_until(one, end_s) for one in self.strangers),
+            }
+        )
+
+
+def told_lanes(role: Target | Stranger) -> list[tuple[float, int]]:
+    """Return when a vehicle is told to change lane [s], and the lane it must reach."""
+    lane, told = role.lane, []
+    for move in sorted(role.manoeuvres, key=lambda move: move.at_s):
+        if move.change_lane is not None:
+            lane += 1 if move.change_lane == "left" else -1
+            told.append((move.at_s, lane))
+    return told
+
+
+def _until(role: RoleT, end_s: float) -> RoleT:
+    moves = tuple(move for move in role.manoeuvres if move.at_s <= end_s)
+    return role.model_copy(update={"manoeuvres": moves})

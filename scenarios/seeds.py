@@ -10,7 +10,7 @@ from simbench.scenarios.schema import Scenario
 
 __all__ = ["Stream", "generator", "stream"]
 
-Stream = Literal["traffic", "looks", "scenery", "sensor", "vibration"]
+Stream = Literal["traffic", "looks", "scenery", "sensor", "vibration", "drops"]
 
 _NUMBERS: dict[Stream, int] = {
     "traffic": 1,
@@ -18,6 +18,7 @@ _NUMBERS: dict[Stream, int] = {
     "sensor": 3,
     "vibration": 4,
     "scenery": 5,
+    "drops": 6,
 }
 
 
@@ -30,6 +31,7 @@ def _sequence(
         "scenery": scenario.seeds.looks,
         "sensor": scenario.seeds.sensor,
         "vibration": scenario.seeds.sensor,
+        "drops": scenario.seeds.sensor,
     }[name]
     chosen = seed if held is None else held
     return np.random.SeedSequence([chosen, _NUMBERS[name], *more])
@@ -46,9 +48,9 @@ def generator(
         ``scenario.seeds`` may hold the stream fixed.
     seed : int
         Seed of the run, at least 0.
-    name : {"traffic", "looks", "scenery", "sensor", "vibration"}
-        Which stream. Scenery (trees, hills) goes with the looks' seed, the camera's
-        vibration with the sensor's.
+    name : Stream
+        Which stream. Scenery (trees, hills) goes with the looks' seed, vibration and
+        lost frames with the sensor's.
     *more : int
         Part of the stream, such as a frame's index.
     """

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from simbench.errors import TrafficError
 from simbench.scenarios.bending import STEP_S, bend
+from simbench.scenarios.clock import frame_times
 from simbench.scenarios.fleet import FLEET
 from simbench.scenarios.road import RoadLine
-from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema import Scenario, told_lanes
 from simbench.scenarios.seeds import stream
 from simbench.trajectories import Trajectories
 
@@ -57,12 +58,14 @@ def simulate(
         If SUMO refuses or crashes, or no plausible draw was found.
     """
     reason = ""
+    times = frame_times(scenario, seed)
     for attempt in range(skip, skip + _DRAWS):
-        request = _request(scenario, line, stream(scenario, seed, "traffic", attempt))
+        draw = stream(scenario, seed, "traffic", attempt)
+        request = _request(scenario, line, draw, times)
         recording = _run_sumo(request)
         reason = _implausible(recording, request, scenario)
         if not reason:
-            return bend(recording, scenario, line, seed, redraws=attempt)
+            return bend(recording, scenario, line, seed, times, redraws=attempt)
         logger.info("%s seed %d: drawn again: %s", scenario.name, seed, reason)
     raise TrafficError(
         f"{scenario.name}: no plausible traffic in {_DRAWS} draws, wanted one without "
@@ -70,7 +73,9 @@ def simulate(
     )
 
 
-def _request(scenario: Scenario, line: RoadLine, seed: int) -> dict[str, Any]:
+def _request(
+    scenario: Scenario, line: RoadLine, seed: int, times: NDArray[np.float64]
+) -> dict[str, Any]:
     road, target = scenario.road, scenario.target
     front = target.along_m + road.before_m + FLEET[target.vehicle_class].length / 2
     actors = [_actor("target", target, front, target.clear_m)]
@@ -93,18 +98,18 @@ def _request(scenario: Scenario, line: RoadLine, seed: int) -> dict[str, Any]:
         "mix": dict(traffic.mix),
         "warm_up_s": traffic.warm_up_s,
         "lane_change_s": traffic.lane_change_s,
-        "duration_s": scenario.duration_s,
+        "duration_s": float(times[-1]),
         "actors": actors,
     }
 
 
 def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, Any]:
-    lanes = {role.lane}
-    lane = role.lane
-    for move in role.manoeuvres:
-        if move.change_lane is not None:
-            lane += 1 if move.change_lane == "left" else -1
-            lanes.add(lane)
+    lanes = {role.lane, *(lane for _, lane in told_lanes(role))}
+    goals = dict(told_lanes(role))
+    moves = [
+        {"at_s": move.at_s, "speed_mps": move.speed_mps, "lane": goals.get(move.at_s)}
+        for move in role.manoeuvres
+    ]
     return {
         "name": name,
         "kind": role.vehicle_class,
@@ -115,7 +120,7 @@ def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, An
         "front_m": front_m,
         "clear_m": clear_m,
         "speed_mps": role.speed_mps,
-        "manoeuvres": [move.model_dump() for move in role.manoeuvres],
+        "manoeuvres": moves,
     }
 
 
@@ -164,7 +169,8 @@ def _implausible(
         left = int(np.isnan(front).argmax()) * STEP_S
         raise TrafficError(
             f"{scenario.name}: the target reaches the end of the road after {left:.1f} "
-            f"s of {scenario.duration_s:.1f}: lengthen road.sections, or start earlier"
+            f"s of {request['duration_s']:.1f}: lengthen road.sections or start "
+            "earlier"
         )
     speed = np.diff(front) / STEP_S
     window = round(0.2 / STEP_S)  # drivers act five times a second
@@ -173,15 +179,29 @@ def _implausible(
         return f"the target braked with {braking.max():.1f} m/s^2"
     for actor in request["actors"]:
         lane = recording["lane"][:, names.index(actor["name"])]
-        told = _told_lane(actor["lane"], actor["manoeuvres"], request)
-        if not np.isnan(lane[-1]) and abs(lane[-1] - told) > 0.6:
+        if not _changed_as_told(lane, actor, request["lane_change_s"]):
             return f"{actor['name']} could not change lane as told"
     return ""
 
 
-def _told_lane(lane: int, moves: list[dict[str, Any]], request: dict[str, Any]) -> int:
-    settled = request["duration_s"] - request["lane_change_s"] - 2.0
-    for move in moves:
-        if move["change_lane"] is not None and move["at_s"] <= settled:
-            lane += 1 if move["change_lane"] == "left" else -1
-    return lane
+def _changed_as_told(
+    lane: NDArray[np.float64], actor: dict[str, Any], lasts_s: float
+) -> bool:
+    """Tell whether every lane change began within a second and took its time."""
+
+    def at(time_s: float) -> float:
+        """Return the lane then, or NaN past the end or off the road."""
+        step = round(time_s / STEP_S)
+        return float(lane[step]) if step < len(lane) else float("nan")
+
+    before = actor["lane"]
+    moves = [move for move in actor["manoeuvres"] if move["lane"] is not None]
+    nexts = [move["at_s"] for move in moves[1:]] + [np.inf]
+    for move, next_s in zip(moves, nexts[: len(moves)], strict=True):
+        begun = move["at_s"] + 1.0
+        done = min(move["at_s"] + 1.2 + lasts_s, next_s)
+        # NaN compares false: what the recording does not show is not held against it.
+        if abs(at(begun) - before) < 1e-6 or abs(at(done) - move["lane"]) > 0.02:
+            return False
+        before = move["lane"]
+    return True

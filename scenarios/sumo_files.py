@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from simbench.scenarios.bending import STEP_S
 from simbench.scenarios.fleet import FLEET
 
 __all__ = ["network_xml", "types_xml"]
@@ -59,7 +60,7 @@ def types_xml(request: dict[str, Any]) -> str:
         )
         parts.append(
             f'<vType id="{kind}.actor" {common} maxSpeed="80" '
-            f'speedFactor="2" speedDev="0"/>'
+            f'speedFactor="2" speedDev="0" actionStepLength="{STEP_S}"/>'
         )
     sides = ["near", "far"] if request["opposite"] else ["near"]
     parts += [f'<route id="{side}" edges="{side}"/>' for side in sides]

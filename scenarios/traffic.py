@@ -9,8 +9,10 @@ the lanes, and `simbench.scenarios.bending` puts the result onto the real road.
 
 from __future__ import annotations
 
+import ctypes
 import json
 import math
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -25,13 +27,14 @@ from simbench.scenarios.sumo_files import network_xml, types_xml
 
 __all__ = ["main"]
 
-_SAFE_CHANGES_ONLY = 512  # lane-change mode: none of its own, asked ones when safe
+_TOLD_CHANGES_ONLY = 256  # none of its own; told ones unless it would hit someone
 _ENTRY_M = 18.0
 _COMFORTABLE = 2.0  # m/s^2, told changes of speed
 
 
 def main() -> int:
     """Run one request; 0 on success, 1 after writing why not to standard error."""
+    _die_with_parent()
     request = json.load(sys.stdin)
     with tempfile.TemporaryDirectory(prefix="simbench-sumo-") as folder:
         try:
@@ -41,6 +44,13 @@ def main() -> int:
             return 1
     np.savez(sys.argv[1], **recording)
     return 0
+
+
+def _die_with_parent() -> None:
+    """Ask Linux to end this process when the one that started it is gone."""
+    if sys.platform == "linux":
+        set_parent_death_signal = 1
+        ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
 
 
 def _simulate(request: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -211,6 +221,8 @@ def _record(
             offset = libsumo.vehicle.getLateralLanePosition(name)
             place = libsumo.vehicle.getLanePosition(name)
             rows.append((step, number, place, lane + offset / request["lane_width_m"]))
+        if "target" not in libsumo.vehicle.getIDList():
+            break  # the story is over; the caller says why
         if step < steps - 1:
             _advance(carriageways)
             collisions += libsumo.simulation.getCollidingVehiclesNumber()
@@ -235,7 +247,7 @@ class _Script:
         self.pending = sorted(orders, key=lambda order: order[:2])
         self.ramps: dict[str, list[float]] = {}
         for actor in actors:
-            libsumo.vehicle.setLaneChangeMode(actor["name"], _SAFE_CHANGES_ONLY)
+            libsumo.vehicle.setLaneChangeMode(actor["name"], _TOLD_CHANGES_ONLY)
             libsumo.vehicle.setSpeed(actor["name"], actor["speed_mps"])
 
     def play(self, now_s: float) -> None:
@@ -246,9 +258,7 @@ class _Script:
             if name in present and move["speed_mps"] is not None:
                 self.ramps[name] = _ramp(name, move["speed_mps"])
             elif name in present:
-                step = 1 if move["change_lane"] == "left" else -1
-                lane = libsumo.vehicle.getLaneIndex(name) + step
-                libsumo.vehicle.changeLane(name, lane, 1e6)
+                libsumo.vehicle.changeLane(name, move["lane"], 1e6)
         for name, speeds in self.ramps.items():
             if speeds and name in present:
                 libsumo.vehicle.setSpeed(name, speeds.pop(0))

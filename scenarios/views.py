@@ -87,11 +87,10 @@ def _shake(
     """
     view = scenario.camera
     noise = rng.standard_normal((len(times), 3))
-    step = float(times[1] - times[0]) if len(times) > 1 else 1.0
-    keep = math.exp(-step * view.vibration_hz)
+    keeps = np.exp(-np.diff(times) * view.vibration_hz)
     shake = np.empty_like(noise)
     shake[0] = noise[0]
-    for index in range(1, len(times)):
+    for index, keep in enumerate(keeps, start=1):
         fresh = math.sqrt(1.0 - keep**2) * noise[index]
         shake[index] = keep * shake[index - 1] + fresh
     scale = view.vibration_px

@@ -70,7 +70,7 @@ class Trajectories:
     Attributes
     ----------
     times : (T,) float, s
-        Evenly spaced, starting at 0.
+        Increasing from 0; evenly spaced unless frames are lost.
     vehicles : tuple of V Vehicle
     positions : (T, V, 3) float, m
         NaN while the vehicle is not on the road.

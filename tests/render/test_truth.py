@@ -160,6 +160,20 @@ class TestFilmed:
         assert truth.visible_fraction[-1] == 0.0
         assert not truth.cut_by_image[-1]
 
+    def test_a_target_across_the_cameras_plane_is_there_and_has_a_box(self) -> None:
+        # 2.4 m behind the middle of a bus 12 m long: the camera stands inside it.
+        camera = {
+            "position": {"along_m": 37.6, "lateral_m": -7.25, "height_m": 1.5},
+            "look_at": {"along_m": 60, "lateral_m": -7.25, "height_m": 1.5},
+            "fov_rad": 0.9,
+        }
+        target = {"vehicle_class": "bus", "lane": 0, "along_m": 40, "speed_mps": 1}
+        truth = _film(camera=camera, target=target).truth
+        assert not truth.absent.any()
+        assert truth.cut_by_image.all()
+        assert np.isfinite(truth.boxes).all()
+        assert truth.boxes[0, 2] > 160 and truth.boxes[0, 3] > 120
+
     def test_displacement_is_the_move_of_the_box_centre(self) -> None:
         truth = _film().truth
         middle = truth.boxes[:, :2] + truth.boxes[:, 2:] / 2

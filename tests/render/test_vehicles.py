@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simbench.render.mesh import Mesh, box, cylinder, merge, quad_strip, soup
-from simbench.render.vehicles import body, hull_points
+from simbench.render.vehicles import body, hull
 from simbench.scenarios.fleet import FLEET, PAINTS, draw_paint
 from simbench.trajectories import Vehicle, VehicleClass
 
@@ -39,15 +39,14 @@ def test_a_body_has_paint_unit_normals_and_no_id(kind: VehicleClass) -> None:
 
 
 @pytest.mark.parametrize("kind", list(FLEET))
-def test_hull_points_bound_the_body_from_every_side(
+def test_hull_bounds_the_body_from_every_side(
     kind: VehicleClass, rng: np.random.Generator
 ) -> None:
     vehicle = _vehicle(kind)
-    size = (vehicle.length, vehicle.width, vehicle.height)
-    hull, points = hull_points(kind, *size), body(vehicle).positions
+    corners, points = hull(vehicle).points, body(vehicle).positions
     for direction in rng.standard_normal((50, 3)):
         direction /= np.linalg.norm(direction)
-        assert (hull @ direction).max() == pytest.approx(
+        assert (corners @ direction).max() == pytest.approx(
             float((points @ direction).max()), abs=1e-5
         )
 

@@ -49,8 +49,23 @@ def test_unknown_scenario_suggests_the_nearest() -> None:
         pytest.param(
             {"camera": {"fov_rad": 4.2}}, ["camera.fov_rad", "4.2"], id="out of range"
         ),
+        pytest.param({"frames": "many"}, ["frames", "number", "many"], id="a word"),
+        pytest.param({"frames": "4"}, ["frames", "number", "'4'"], id="quoted number"),
+        pytest.param({"frames": True}, ["frames", "number", "True"], id="a truth"),
         pytest.param(
-            {"frames": "many"}, ["frames", "integer", "many"], id="wrong type"
+            {
+                "target": {
+                    "lane": 0,
+                    "manoeuvres": [{"at_s": 0, "change_lane": "right"}],
+                }
+            },
+            ["target.manoeuvres", "lane -1"],
+            id="lane change off the road",
+        ),
+        pytest.param(
+            {"target": {"manoeuvres": [{"at_s": 9, "change_lane": "left"}]}},
+            ["target.manoeuvres.0.at_s", "0.92"],
+            id="manoeuvre after the end",
         ),
         pytest.param(
             {"target": {"lane": 5}},
@@ -90,6 +105,7 @@ def test_a_mistake_is_one_line_with_file_and_key(
     ("text", "word"),
     [
         pytest.param("a: [1", "not YAML", id="broken"),
+        pytest.param("a: 1\na: 2", "'a' stands twice", id="duplicate key"),
         pytest.param("- 1\n- 2", "mapping", id="list"),
         pytest.param("", "mapping", id="empty"),
         pytest.param("name: x", "required but missing", id="incomplete"),

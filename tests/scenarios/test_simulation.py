@@ -123,6 +123,39 @@ def test_a_told_speed_is_reached_gently_and_held() -> None:
     assert np.diff(speed).min() / 0.04 > -4.5
 
 
+@pytest.mark.parametrize("at_s", [0.0, 0.02, 0.1, 0.14, 0.3, 0.5])
+def test_a_told_lane_change_starts_at_once_and_takes_its_time(at_s: float) -> None:
+    # Orders off SUMO's action grid of 0.2 s once crashed it or ran at double speed.
+    target = {
+        "lane": 0,
+        "along_m": 20,
+        "speed_mps": 20,
+        "manoeuvres": [{"at_s": at_s, "change_lane": "left"}],
+    }
+    traffic = {"density_per_km_lane": 0, "warm_up_s": 0, "lane_change_s": 2}
+    drive = _drive(story(frames=100, target=target, traffic=traffic))
+    change = drive.lane_changes[0]
+    assert change.start_s == pytest.approx(at_s, abs=0.05)
+    assert change.end_s - change.start_s == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_lane_change_story_changes_lanes_twice(seed: int) -> None:
+    drive = _drive(load_scenario("lane-change"), seed)
+    told = [c for c in drive.lane_changes if c.vehicle == "target"]
+    assert [(c.from_lane, c.to_lane) for c in told] == [(0, 1), (1, 2)]
+
+
+def test_lost_frames_lengthen_the_story_and_keep_their_number() -> None:
+    whole = _drive(story(frames=40))
+    some = _drive(story(frames=40, imaging={"drop_share": 0.3}))
+    steps = np.rint(np.diff(some.times) / 0.04)
+    assert len(some.times) == len(whole.times) == 40
+    assert steps.min() == 1 and steps.max() > 1
+    x = some.positions[:, some.target, 0]
+    assert np.diff(x) == pytest.approx(15 * 0.04 * steps, abs=1e-6)
+
+
 def test_no_vehicle_jumps_sideways_in_busy_traffic() -> None:
     drive = _busy()
     step = np.diff(drive.positions[:, :, 1], axis=0)
