@@ -14,8 +14,9 @@ __all__ = ["Appearance", "ellipses_of"]
 
 LABEL_SPREAD = 0.25  # boxes: the label's fall-off, wide enough to climb along
 FULL_BLEND = 0.9  # what a well-placed state reaches some frames after the first
-COLOUR_SAMPLES = 128
+COLOUR_SAMPLES = 256
 FIRST_LESSON, LATER_LESSON = 400, 60  # patches
+COLOUR_SHARE = 0.1
 RIDGE, MEMORY = 0.1, 0.9
 
 
@@ -57,7 +58,7 @@ class Appearance:
     structure : float, in [0, 1]
         Weight of the machine; the rest is colour.
     surround : float
-        As for the colour likelihood.
+        As for the colour likelihood, like ``background``.
     rng : numpy.random.Generator
         Source of the hidden layer and of the places to learn from.
 
@@ -81,6 +82,7 @@ class Appearance:
         hidden: int,
         structure: float,
         surround: float,
+        background: float,
         rng: np.random.Generator,
     ) -> None:
         self.evaluations = 0
@@ -92,6 +94,7 @@ class Appearance:
             samples=COLOUR_SAMPLES,
             sigma=1.0,  # only similarities are read
             surround=surround,
+            background=background,
         )
         self._machine = ExtremeLearningMachine(
             PATCH_SIDE**2, hidden=hidden, ridge=RIDGE, memory=MEMORY, rng=rng
@@ -111,6 +114,7 @@ class Appearance:
 
     def learn(self, image: NDArray[np.uint8], state: NDArray[np.float64]) -> None:
         """Teach the machine how the target looks now, at a state that is trusted."""
+        self._colour.learn(image, ellipses_of(state[None])[0], COLOUR_SHARE)
         self._teach(image, state, LATER_LESSON)
 
     def _teach(

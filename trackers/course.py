@@ -9,6 +9,7 @@ __all__ = ["Course", "wrap"]
 
 MEDIAN_STEP = math.radians(1.0)  # DPF, eq. 7: the median moves by one degree
 SPEED_GAIN = 0.3  # share of the newest step in the smoothed speed
+GROWTH_GAIN = 0.03  # of the newest change of size: a box's size jitters much more
 WARM_UP_FRAMES = 3  # a direction from fewer frames is mostly noise
 
 
@@ -47,6 +48,16 @@ class Course:
         Smoothed direction in the image, x right and y down; NaN while unknown.
     speed : float, px per frame
         Smoothed speed along ``theta``, at least 0.
+    growth : float, 1 per frame
+        Smoothed change of the log of the size.
+
+    Notes
+    -----
+    What moves at constant velocity in the world moves in the picture at a speed that
+    goes as the square of its size, and shrinks or grows at a rate that goes as its
+    size: with ``x = f (X + U t) / (Z + W t)`` one has ``dx/dt = f (U Z - X W) / Z^2``,
+    whose bracket is constant, and ``d log(1 / Z) / dt = -W / Z``. Both are carried on
+    like this from frame to frame, hidden or not.
 
     References
     ----------
@@ -61,6 +72,7 @@ class Course:
     still_px: float
     theta: float = math.nan
     speed: float = 0.0
+    growth: float = 0.0
     _frames: int = field(default=0, init=False)
 
     @property
@@ -68,13 +80,11 @@ class Course:
         """Whether a direction has been seen."""
         return not math.isnan(self.theta)
 
-    def advance(self, x: float, y: float, growth: float = 1.0) -> None:
-        """Take in the next position, px, and the target's size over its last one.
-
-        A car that drives away slows down in the picture as it shrinks, so the speed
-        is carried on in sizes of the target.
-        """
-        self.speed *= growth
+    def advance(self, x: float, y: float, growth: float = 0.0) -> None:
+        """Take in the next position, px, and how much the log of the size grew."""
+        self.speed *= math.exp(2.0 * growth)
+        self.growth *= math.exp(growth)
+        self.growth += GROWTH_GAIN * (growth - self.growth)
         dx, dy = x - self.x, y - self.y
         if not self.is_known:
             self._frames += 1
@@ -85,7 +95,7 @@ class Course:
                 self.x, self.y = x, y
             return
         forward = dx * math.cos(self.theta) + dy * math.sin(self.theta)
-        self.speed += SPEED_GAIN * (max(0.0, forward) - self.speed)
+        self.speed = max(0.0, self.speed + SPEED_GAIN * (forward - self.speed))
         if math.hypot(dx, dy) >= self.still_px:
             self._turn(math.atan2(dy, dx))
         self.x, self.y = x, y

@@ -12,17 +12,12 @@ from simbench.box import Box
 from simbench.errors import TrackerError
 from simbench.frame import Frame
 from simbench.trackers.condensation import Condensation
-from simbench.trackers.directional_gate import (
-    forward_mean,
-    forward_offset,
-    gate_weights,
-)
+from simbench.trackers.directional_gate import forward_mean, gate_weights
 
 __all__ = ["Directional", "directional_22", "directional_45", "directional_90"]
 
 CLOUD_OFFSET = 0.85  # spreads ahead at which the published usage comes about
-SLOW_PX = 1.0  # a direction means nothing below a pixel a frame
-SLOW_WIDTHS = 0.06  # nor below what the estimate jitters, in widths a frame
+SLOW_WIDTHS = 0.02  # a frame: slower, the direction is that of the jitter
 
 
 class Directional(Condensation):
@@ -36,8 +31,8 @@ class Directional(Condensation):
     ----------
     half_angle : float, rad, in (0, pi]
         T.
-    particles, samples, sigma, surround, warm_up_noise, position_noise, scale_noise, \
-    aspect_noise, drift, keep_cloud
+    particles, samples, sigma, surround, background, warm_up_noise, position_noise, \
+    scale_noise, aspect_noise, drift, keep_cloud
         As for `Condensation`.
 
     Attributes
@@ -53,9 +48,19 @@ class Directional(Condensation):
     Notes
     -----
     The gate alone pushes the cloud ahead, frame after frame, and a filter that adds
-    its speed to that runs off along its course. Drift and noise are therefore chosen
-    together, so that drift *and* gate advance the cloud by the smoothed speed. The
-    gate is open while no direction is known and while the target all but stands.
+    its speed to that runs off along its course. Drift and spread are therefore chosen
+    together: the cloud lies `CLOUD_OFFSET` spreads ahead of the apex of the cone, from
+    where the gate carries its mean to ``reach`` spreads, and that is where the course
+    expects the target.
+
+    The apex is the previous estimate, eq. 8, as long as the target moves ``reach``
+    times the position noise a frame. The paper does not say what to do with a slower
+    one, whose direction from one frame to the next is mostly noise. Here the apex
+    then lies as far behind the previous estimate as the speed falls short, so that
+    the cone takes in the same share of the cloud at any speed.
+
+    The gate is open while no direction is known and while the target all but stands:
+    what then points somewhere is the jitter of the estimate.
     """
 
     def __init__(
@@ -63,13 +68,14 @@ class Directional(Condensation):
         *,
         half_angle: float = math.pi / 4,
         particles: int = 100,
-        samples: int = 128,
-        sigma: float = 0.12,
-        surround: float = 1.0,
+        samples: int = 192,
+        sigma: float = 0.09,
+        surround: float = 0.75,
+        background: float = 8.0,
         warm_up_noise: float = 0.15,
-        position_noise: float = 1.5,
-        scale_noise: float = 0.04,
-        aspect_noise: float = 0.005,
+        position_noise: float = 1.0,
+        scale_noise: float = 0.015,
+        aspect_noise: float = 0.002,
         drift: bool = True,
         keep_cloud: bool = False,
     ) -> None:
@@ -78,6 +84,7 @@ class Directional(Condensation):
             samples=samples,
             sigma=sigma,
             surround=surround,
+            background=background,
             warm_up_noise=warm_up_noise,
             position_noise=position_noise,
             scale_noise=scale_noise,
@@ -89,31 +96,33 @@ class Directional(Condensation):
             raise TrackerError(f"half_angle must be in (0, pi], got {half_angle}")
         self.half_angle = half_angle
         self.fallbacks = 0
-        self._full_advance = forward_mean(CLOUD_OFFSET, half_angle)
+        self._reach = forward_mean(CLOUD_OFFSET, half_angle)  # in spreads
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Start on a frame in which ``box`` (px) bounds the target."""
-        forward_offset(1.0, self.half_angle)  # makes its table
         self.fallbacks = 0
+        self._back = 0.0
         super().init(frame, box, rng)
 
     @property
     def _is_gated(self) -> bool:
-        course = self._course
-        slow = max(SLOW_PX, SLOW_WIDTHS * 2.0 * float(self._mean[2]))
-        return course.is_known and course.speed >= slow
+        slow = SLOW_WIDTHS * 2.0 * float(self._mean[2])
+        return self._course.is_known and self._course.speed >= slow
 
     def _advance(self, speed: float) -> tuple[float, float]:
         if not self._is_gated:
             return super()._advance(speed)
-        spread = max(self.position_noise, speed / self._full_advance)
-        return spread * forward_offset(speed / spread, self.half_angle), spread
+        spread = max(self.position_noise, speed / self._reach)
+        self._back = self._reach * spread - speed
+        return CLOUD_OFFSET * spread - self._back, spread
 
     def _gate(self) -> NDArray[np.float64] | None:
+        theta = self._course.theta
         if not self._is_gated:
             return None
-        offsets = self._cloud[:, :2] - self._mean[:2]
-        factors = gate_weights(offsets, self._course.theta, self.half_angle)
+        behind = self._back * np.array([math.cos(theta), math.sin(theta)])
+        offsets = self._cloud[:, :2] - self._mean[:2] + behind
+        factors = gate_weights(offsets, theta, self.half_angle)
         if not factors.any():
             self.fallbacks += 1
             return None

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["forward_mean", "forward_offset", "gate_weights"]
+__all__ = ["forward_mean", "gate_weights"]
 
 
 def gate_weights(
@@ -79,30 +78,3 @@ def forward_mean(offset: float, half_angle: float) -> float:
     mass = (density * radius[:, None]).sum(axis=0) @ cone
     advance = (density * radius[:, None] ** 2).sum(axis=0) @ (cone * np.cos(psi))
     return float(advance / mass)
-
-
-@functools.cache
-def _forward_table(
-    half_angle: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    offsets = np.linspace(-1.5, 2.5, 81)
-    return offsets, np.array([forward_mean(m, half_angle) for m in offsets.tolist()])
-
-
-def forward_offset(advance: float, half_angle: float) -> float:
-    """Return the offset with which the gated cloud advances just so far.
-
-    Parameters
-    ----------
-    advance : float
-        Wanted mean advance, in units of the spread.
-    half_angle : float, rad
-        T.
-
-    Returns
-    -------
-    float, in [-1.5, 2.5]
-        The inverse of `forward_mean`, at the nearest end where there is none.
-    """
-    offsets, advances = _forward_table(half_angle)
-    return float(np.interp(advance, advances, offsets))

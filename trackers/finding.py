@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from simbench.errors import TrackerError
+from simbench.one_line import one_line
 from simbench.tracker import Tracker
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
 
@@ -41,13 +42,23 @@ class TrackerSpec:
     name: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def module(self) -> str:
+        """Dotted name of the module that the name leads to."""
+        entry = _entries().get(self.name)
+        if entry is not None:
+            return entry.module
+        if self.name.startswith(_OPENCV_PREFIX):
+            return OpenCvTracker.__module__
+        return self.name.partition(":")[0]
+
     def make(self) -> Tracker:
         """Make a fresh tracker.
 
         Raises
         ------
         TrackerError
-            If the name or a parameter cannot be used.
+            If the name or a parameter cannot be used, or the tracker's own code raises.
         """
         factory = _factory(self.name)
         accepted = _accepted_parameters(factory)
@@ -57,8 +68,11 @@ class TrackerSpec:
             tracker = factory(**self.parameters)
         except TrackerError as error:
             raise TrackerError(f"tracker {self.label}: {error}") from error
-        except (TypeError, ValueError) as error:
-            raise TrackerError(f"tracker {self.label} not made: {error}") from error
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # foreign code may raise anything
+            reason = one_line(error)
+            raise TrackerError(f"tracker {self.label} not made: {reason}") from error
         if not isinstance(tracker, Tracker):
             raise TrackerError(
                 f"tracker {self.name} must have init(frame, box, rng) and "
@@ -118,8 +132,10 @@ def available_trackers() -> dict[str, str]:
     for name, entry in sorted(_entries().items()):
         try:
             lines[name] = _first_line(entry.load())
-        except Exception as error:  # a broken plug-in must not hide the others
-            lines[name] = f"cannot be loaded: {error}"
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a broken plug-in must not hide the others
+            lines[name] = f"cannot be loaded: {one_line(error)}"
     for name in opencv_tracker_names():
         lines[f"{_OPENCV_PREFIX}{name}"] = f"OpenCV's {name} tracker, as it comes."
     return lines
@@ -171,8 +187,10 @@ def _factory(name: str) -> Callable[..., Any]:
         else:
             module, _, attribute = name.partition(":")
             factory = getattr(importlib.import_module(module), attribute)
-    except Exception as error:  # a plug-in's module may raise anything on import
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a plug-in's module may raise anything on import
+        reason = one_line(error)
         raise TrackerError(f"tracker {name} cannot be loaded: {reason}") from error
     if not callable(factory):
         raise TrackerError(
@@ -190,12 +208,12 @@ def _accepted_parameters(factory: Callable[..., Any]) -> dict[str, Any]:
     """
     try:
         parameters = inspect.signature(factory).parameters.values()
-    except ValueError:  # some compiled classes do not tell
+        passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters)
+        made = typing.get_type_hints(factory).get("return") if passes_on else None
+    except (NameError, TypeError, ValueError):  # some compiled classes do not tell
         return {}
-    if any(each.kind is each.VAR_KEYWORD for each in parameters):
-        made = typing.get_type_hints(factory).get("return")
-        if inspect.isclass(made):
-            return _accepted_parameters(made)
+    if inspect.isclass(made):
+        return _accepted_parameters(made)
     named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     return {each.name: each.default for each in parameters if each.kind in named}
 

@@ -123,7 +123,9 @@ def test_target_is_wholly_like_itself(image: NDArray[np.uint8]) -> None:
 
 
 def test_ellipse_outside_the_image_is_like_nothing(image: NDArray[np.uint8]) -> None:
-    likelihood = ColourLikelihood(image, ELLIPSE, samples=64, sigma=0.1, surround=0.0)
+    likelihood = ColourLikelihood(
+        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
+    )
     outside = np.array([[-500.0, 60.0, 24.0, 18.0], [1e12, 60.0, 24.0, 18.0]])
     assert likelihood.similarities(image, outside).tolist() == [0.0, 0.0]
 
@@ -131,7 +133,9 @@ def test_ellipse_outside_the_image_is_like_nothing(image: NDArray[np.uint8]) -> 
 def test_similarity_without_surround_is_the_plain_coefficient(
     image: NDArray[np.uint8],
 ) -> None:
-    likelihood = ColourLikelihood(image, ELLIPSE, samples=512, sigma=0.1, surround=0.0)
+    likelihood = ColourLikelihood(
+        image, ELLIPSE, samples=512, sigma=0.1, surround=0.0, background=0.0
+    )
     shifted = ELLIPSE + [10.0, 0.0, 0.0, 0.0]
     expected = np.sum(np.sqrt(calc_hist(image, ELLIPSE) * calc_hist(image, shifted)))
     rho = likelihood.similarities(image, shifted[None])
@@ -144,7 +148,7 @@ def test_surround_makes_a_car_cut_too_small_unlikely(image: NDArray[np.uint8]) -
     losses = []
     for surround in (0.0, 1.0):
         likelihood = ColourLikelihood(
-            image, ELLIPSE, samples=512, sigma=0.1, surround=surround
+            image, ELLIPSE, samples=512, sigma=0.1, surround=surround, background=0.0
         )
         right, wrong = likelihood.similarities(image, places)
         losses.append(right - wrong)
@@ -152,15 +156,45 @@ def test_surround_makes_a_car_cut_too_small_unlikely(image: NDArray[np.uint8]) -
 
 
 def test_log_weights_follow_the_squared_distance(image: NDArray[np.uint8]) -> None:
-    likelihood = ColourLikelihood(image, ELLIPSE, samples=64, sigma=0.1, surround=0.0)
+    likelihood = ColourLikelihood(
+        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
+    )
     # d^2 = 0.1 and 0.14: their weights differ by exp(-0.04 / 0.02).
     log_weights = likelihood.log_weights(np.array([0.9, 0.86]))
     assert log_weights == pytest.approx([0.0, -2.0])
 
 
 def test_every_ellipse_evaluated_is_counted(image: NDArray[np.uint8]) -> None:
-    likelihood = ColourLikelihood(image, ELLIPSE, samples=64, sigma=0.1, surround=1.0)
+    likelihood = ColourLikelihood(
+        image, ELLIPSE, samples=64, sigma=0.1, surround=1.0, background=0.0
+    )
     assert likelihood.evaluations == 0
     likelihood.similarities(image, np.tile(ELLIPSE, (7, 1)))
     likelihood.similarities(image, np.tile(ELLIPSE, (5, 1)))
     assert likelihood.evaluations == 12
+
+
+def test_background_is_disowned_by_the_reference(image: NDArray[np.uint8]) -> None:
+    around = ELLIPSE * [1.0, 1.0, 1.5, 1.5]  # the first box cut too wide
+    beside = ELLIPSE + [70.0, 0.0, 0.0, 0.0]
+    road_likeness = []
+    for background in (0.0, 8.0):
+        likelihood = ColourLikelihood(
+            image, around, samples=512, sigma=0.1, surround=0.0, background=background
+        )
+        assert likelihood.reference.sum() == pytest.approx(1.0)
+        road_likeness.append(likelihood.similarities(image, beside[None])[0])
+    assert road_likeness[1] < 0.5 * road_likeness[0]
+
+
+def test_learning_moves_the_reference_by_a_share(image: NDArray[np.uint8]) -> None:
+    likelihood = ColourLikelihood(
+        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
+    )
+    beside = ELLIPSE + [70.0, 0.0, 0.0, 0.0]
+    other = ColourLikelihood(
+        image, beside, samples=64, sigma=0.1, surround=0.0, background=0.0
+    )
+    expected = 0.75 * likelihood.reference + 0.25 * other.reference
+    likelihood.learn(image, beside, 0.25)
+    assert likelihood.reference == pytest.approx(expected)

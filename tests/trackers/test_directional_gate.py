@@ -10,11 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simbench.trackers.course import Course, wrap
-from simbench.trackers.directional_gate import (
-    forward_mean,
-    forward_offset,
-    gate_weights,
-)
+from simbench.trackers.directional_gate import forward_mean, gate_weights
 
 ANGLES = [math.pi / 2, math.pi / 4, math.pi / 8]
 
@@ -57,13 +53,6 @@ def test_push_agrees_with_a_drawn_cloud(rng: np.random.Generator) -> None:
     drawn = weights @ cloud[:, 0] / weights.sum()
     # Half pass, spread about 0.7: standard error about 0.7 / sqrt(200 000) = 0.0016.
     assert forward_mean(0.85, math.pi / 4) == pytest.approx(drawn, abs=0.008)
-
-
-@pytest.mark.parametrize("half_angle", ANGLES)
-def test_offset_undoes_the_push(half_angle: float) -> None:
-    for offset in (-1.0, 0.0, 0.85, 2.0):
-        advance = forward_mean(offset, half_angle)
-        assert forward_offset(advance, half_angle) == pytest.approx(offset, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -119,3 +108,29 @@ def test_course_stays_unknown_for_jitter_about_one_place() -> None:
     for index in range(50):
         moving.advance(4.0 * (-1) ** index, 0.0)
     assert not moving.is_known
+
+
+def test_course_carries_on_as_constant_velocity_in_the_world() -> None:
+    # A car at depth Z = 20 + 0.5 t and 3 m to the side, seen with f = 100 px: its
+    # steps alone, smoothed, would lag behind; carried on by the size they do not.
+    depths = 20.0 + 0.5 * np.arange(60)
+    places = 100.0 * 3.0 / depths
+    moving = Course(places[0], 0.0, start_px=1.0, still_px=0.0)
+    for index in range(1, 60):
+        growth = math.log(depths[index - 1] / depths[index])
+        moving.advance(places[index], 0.0, growth)
+    assert moving.speed == pytest.approx(places[-2] - places[-1], rel=0.03)
+    # By a share of 0.03 a frame, 0.97^59 = 0.17 of the start at nothing is left.
+    assert moving.growth == pytest.approx(math.log(depths[-2] / depths[-1]), rel=0.2)
+
+
+def test_speed_of_a_jittering_target_is_all_but_nothing(
+    rng: np.random.Generator,
+) -> None:
+    moving = course(0.0)
+    speeds = []
+    for x in rng.normal(0.0, 1.0, 400).tolist():
+        moving.advance(x, 0.0)
+        speeds.append(moving.speed)
+    # Smoothing by 0.3 leaves about half the jitter of a step, and half of that is cut.
+    assert np.mean(speeds[100:]) < 0.4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 
 import cv2
 import pytest
@@ -66,6 +67,64 @@ def test_every_available_tracker_can_be_made() -> None:
     for name, line in available.items():
         assert line and "cannot be loaded" not in line
         find_tracker(name)
+
+
+class Unspeakable(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+class Broken:
+    """A tracker that cannot be made: its constructor raises what it is told to."""
+
+    raised: type[BaseException]
+
+    def __init__(self) -> None:
+        raise self.raised
+
+
+@pytest.mark.parametrize(
+    "raised", [KeyError, OSError, Unspeakable, SystemExit, GeneratorExit]
+)
+def test_constructor_that_raises_is_answered_in_one_line(
+    raised: type[BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Broken, "raised", raised, raising=False)
+    broken = TrackerSpec("mine", f"{__name__}:Broken")
+    with pytest.raises(TrackerError) as caught:
+        broken.make()
+    assert str(caught.value) == f"tracker mine not made: {raised.__name__}"
+
+
+def test_constructor_may_be_stopped_with_ctrl_c(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Broken, "raised", KeyboardInterrupt, raising=False)
+    with pytest.raises(KeyboardInterrupt):
+        TrackerSpec("mine", f"{__name__}:Broken").make()
+
+
+def test_parameters_that_cannot_be_told_are_none_and_no_crash(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def make(**parameters: object):  # type: ignore[no-untyped-def]
+        return Still()
+
+    make.__annotations__["return"] = "NoSuchClass"
+    monkeypatch.setattr(sys.modules[__name__], "make", make, raising=False)
+    assert isinstance(find_tracker(f"{__name__}:make").make(), Still)
+
+
+@pytest.mark.parametrize(
+    ("spec", "module"),
+    [
+        ("directional-45", "simbench.trackers.directional"),
+        ("collections.abc:Sized", "collections.abc"),
+        ("opencv:MIL", "simbench.trackers.opencv"),
+    ],
+)
+def test_module_is_that_of_the_name(spec: str, module: str) -> None:
+    assert TrackerSpec(spec, spec).module == module
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def crossing() -> Clip:
 @pytest.fixture(scope="module")
 def receding() -> Clip:
     """A car seen from behind shrinks threefold while it hardly moves."""
-    return film(straight(150, (240, 200), (-0.2, -0.5)), np.geomspace(90, 30, 150))
+    return film(straight(100, (240, 200), (-0.3, -0.7)), np.geomspace(90, 30, 100))
 
 
 @pytest.mark.parametrize("name", FOLLOWERS)
@@ -197,6 +197,7 @@ def test_confidence_falls_away_from_the_target(
         hidden=100,
         structure=0.4,
         surround=1.0,
+        background=0.0,
         rng=rng,
     )
     states = np.tile(state, (4, 1, 1))
