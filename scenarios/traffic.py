@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import json
 import math
+import os
 import signal
 import sys
 import tempfile
@@ -36,13 +37,14 @@ def main() -> int:
     """Run one request; 0 on success, 1 after writing why not to standard error."""
     _die_with_parent()
     request = json.load(sys.stdin)
+    answer = Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory(prefix="simbench-sumo-") as folder:
         try:
             recording = _simulate(request, Path(folder))
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
             print(f"Error: {error}", file=sys.stderr)
             return 1
-    np.savez(sys.argv[1], **recording)
+    np.savez(answer, **recording)
     return 0
 
 
@@ -55,10 +57,10 @@ def _die_with_parent() -> None:
 
 def _simulate(request: dict[str, Any], folder: Path) -> dict[str, Any]:
     rng = np.random.default_rng(request["seed"])
-    network = folder / "road.net.xml"
-    network.write_text(network_xml(request))
-    types = folder / "types.rou.xml"
-    types.write_text(types_xml(request))
+    network, types = "road.net.xml", "types.rou.xml"
+    (folder / network).write_text(network_xml(request))
+    (folder / types).write_text(types_xml(request))
+    os.chdir(folder)  # SUMO reads a comma in a path as the start of another
     libsumo.start(_command(request, network, types))
     try:
         sides = ["near", "far"] if request["opposite"] else ["near"]
@@ -271,7 +273,7 @@ def _ramp(name: str, goal_mps: float) -> list[float]:
     return [now + (goal_mps - now) * (n + 1) / count for n in range(count)]
 
 
-def _command(request: dict[str, Any], network: Path, types: Path) -> list[str]:
+def _command(request: dict[str, Any], network: str, types: str) -> list[str]:
     options = {
         "--net-file": network,
         "--route-files": types,

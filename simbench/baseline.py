@@ -135,7 +135,7 @@ class Baseline:
         Raises
         ------
         DatasetError
-            If it is missing, not JSON, or not a baseline.
+            If it is missing, not JSON, or not a baseline, or a row lacks something.
         """
         try:
             baseline = pydantic.TypeAdapter(cls).validate_json(path.read_bytes())
@@ -148,10 +148,9 @@ class Baseline:
             place = ".".join(map(str, first["loc"])) or "the file"
             raise DatasetError(f"{path}: {place}: {first['msg']}") from error
         for row in baseline.rows:
-            for measure in MEASURES:
-                if measure not in row.mean or measure not in row.sd:
-                    where = f"{row.tracker} on {row.scenario}"
-                    raise DatasetError(f"{path}: {where} must have {measure}, has none")
+            if (fault := _fault(row)) is not None:
+                where = f"{row.tracker} on {row.scenario}"
+                raise DatasetError(f"{path}: {where} must have {fault}")
         return baseline
 
     def write(self, path: Path) -> None:
@@ -204,6 +203,18 @@ def summarised(runs: pd.DataFrame) -> list[BaselineRow]:
             )
         )
     return rows
+
+
+def _fault(row: BaselineRow) -> str | None:
+    """Return what a row that was read should have and has not."""
+    if not row.seeds:
+        return "at least one seed, has none"
+    if len(row.digests) != len(row.seeds):
+        return f"a digest for each of {len(row.seeds)} seeds, has {len(row.digests)}"
+    for measure in MEASURES:
+        if measure not in row.mean or measure not in row.sd:
+            return f"{measure}, has none"
+    return None
 
 
 def _require_spread(row: BaselineRow) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.errors import DatasetError, ScenarioError
-from simbench.render.filming import film
+from simbench.generation import film_in_view
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
 from simbench.sequence import Truth
 from simbench.writing import written_whole
 
@@ -42,7 +40,7 @@ def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None
     def keep(_: int, image: NDArray[np.uint8]) -> None:
         last[:] = [image]
 
-    truth = film(_start_of(set_stage(scenario, seed), frame + 1), keep)
+    _, truth = film_in_view(scenario, seed, keep, frames=frame + 1)
     picture = draw_truth(last[0], truth, frame)
     _, encoded = cv2.imencode(".png", picture[..., ::-1])
     try:
@@ -79,21 +77,6 @@ def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np
             _draw(picture, box, _OTHERS)
     _draw(picture, truth.boxes[frame], _TARGET)
     return picture
-
-
-def _start_of(stage: Stage, frames: int) -> Stage:
-    """Return the first frames of a stage: the same story, filmed no further."""
-    whole = stage.trajectories
-    start = replace(
-        whole,
-        times=whole.times[:frames],
-        positions=whole.positions[:frames],
-        headings=whole.headings[:frames],
-        pitches=whole.pitches[:frames],
-        speeds=whole.speeds[:frames],
-        lanes=whole.lanes[:frames],
-    )
-    return replace(stage, trajectories=start, cameras=stage.cameras[:frames])
 
 
 def _draw(

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import logging
 import math
+import signal
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from simbench.box import Box
 from simbench.errors import DatasetError
 from simbench.frame import Frame
+from simbench.one_line import one_line
 from simbench.sequence import Sequence
 from simbench.tracker import Estimate, Failure, FailureKind, Track, Tracker
 
-__all__ = ["one_line", "track"]
+__all__ = ["track"]
 
 logger = logging.getLogger(__name__)
+
+_FARTHEST_PX = 1e6  # beyond, a box is no place near any picture
 
 
 def track(
@@ -56,7 +61,7 @@ def track(
     Track
         With one failure, and NaN from its frame on, if the tracker raised, returned
         something other than a sound `Estimate`, or took too long. A tracker's fault is
-        a result, never an error of the bench.
+        a result, never an error of the bench; but Ctrl-C stops the run.
 
     Raises
     ------
@@ -71,29 +76,19 @@ def track(
         raise DatasetError(f"{sequence.name}: no target in frame 0 to start a track on")
     run = _Run(made, start, seed, len(sequence), keep_clouds)
     began = time.perf_counter()
-    for index, frame in enumerate(sequence.frames):
-        if timeout_s is not None and time.perf_counter() - began > timeout_s:
-            run.fail(index, "timeout", f"timeout after {timeout_s:g} s")
-        else:
-            run.step(index, _read_only(frame))
-        if run.failures:
-            break
-        if on_frame is not None:
-            on_frame(index + 1, len(sequence))
+    # One thread for linear algebra: rates compare, and small products are not slowed
+    # (fifteenfold, once) by threads that wait for a busy core.
+    with threadpool_limits(limits=1):
+        for index, frame in enumerate(sequence.frames):
+            if timeout_s is not None and time.perf_counter() - began > timeout_s:
+                run.fail(index, "timeout", f"timeout after {timeout_s:g} s")
+            else:
+                run.step(index, _read_only(frame))
+            if run.failures:
+                break
+            if on_frame is not None:
+                on_frame(index + 1, len(sequence))
     return run.track()
-
-
-def one_line(error: BaseException) -> str:
-    r"""Return an exception as one line: its type and what it says.
-
-    Examples
-    --------
-    >>> one_line(ValueError("no target\n  in sight"))
-    'ValueError: no target in sight'
-    """
-    said = " ".join(str(error).split())
-    name = type(error).__name__
-    return f"{name}: {said}"[:300] if said else name
 
 
 def _found(spec: str) -> Tracker:
@@ -129,7 +124,9 @@ class _Run:
                 estimate = Estimate(self.start)
             else:
                 estimate = self.tracker.update(frame)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
+            if _is_ctrl_c(error):
+                raise
             logger.debug("tracker failed in frame %d", index, exc_info=True)
             self.fail(index, "exception", one_line(error))
             return
@@ -159,6 +156,12 @@ class _Run:
         )
 
 
+def _is_ctrl_c(error: BaseException) -> bool:
+    """Whether the user stops the run; in a worker, which ignores Ctrl-C, never."""
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    return isinstance(error, KeyboardInterrupt) and not ignored
+
+
 def _fault(estimate: object) -> tuple[FailureKind, str] | None:
     """Return how an estimate breaks the contract, or None."""
     if not isinstance(estimate, Estimate) or not isinstance(estimate.box, Box):
@@ -169,18 +172,25 @@ def _fault(estimate: object) -> tuple[FailureKind, str] | None:
     box, confidence = estimate.box, estimate.confidence
     try:
         sound = box.is_finite and box.width >= 0.0 and box.height >= 0.0
+        near = bool(np.abs(box.to_array()).max() <= _FARTHEST_PX)
         believed = 0.0 <= confidence <= 1.0
         math.isfinite(confidence)
-        counted = int(estimate.particles) == estimate.particles >= 0
-    except (TypeError, ValueError) as error:
-        return "exception", f"update must return an Estimate of numbers: {error}"
+        particles = estimate.particles
+        counted = 0 <= particles < 2**31 and int(particles) == particles
+        found = repr(particles)
+    except Exception as error:  # a tracker may put any object where a number belongs
+        reason = one_line(error)
+        return "exception", f"update must return an Estimate of numbers: {reason}"
     if not sound:
         return "not-a-number", f"box must be finite with a size >= 0, got {box}"
+    if not near:
+        limit = f"{_FARTHEST_PX:g} px"
+        return "not-a-number", f"box must lie within {limit} of the picture, got {box}"
     if not believed:
         return "not-a-number", f"confidence must be in [0, 1], got {confidence}"
     if not counted:
-        found = repr(estimate.particles)
-        return "exception", f"particles must be a whole number >= 0, got {found}"
+        wanted = "a whole number >= 0 and < 2^31"
+        return "exception", f"particles must be {wanted}, got {found}"[:300]
     return None
 
 

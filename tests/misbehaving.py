@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -46,9 +47,14 @@ class Nan(Walk):
         return estimate
 
 
+class Interrupt(Walk):
+    def update(self, frame: Frame) -> Estimate:
+        raise KeyboardInterrupt("as if typed")
+
+
 class Hang(Walk):
     def update(self, frame: Frame) -> Estimate:
-        print("about to hang", flush=True)
+        print("about to hang; temporary files:", tempfile.gettempdir(), flush=True)
         time.sleep(3600)
         return super().update(frame)
 
@@ -85,6 +91,14 @@ def variable(name: str, report: Report) -> str | None:
 
 def fail(report: Report) -> None:
     raise ValueError("this job cannot be done")
+
+
+def interrupt(report: Report) -> None:
+    raise KeyboardInterrupt
+
+
+def temporary_folder(report: Report) -> str:
+    return tempfile.gettempdir()
 
 
 def leave(status: int, report: Report) -> None:

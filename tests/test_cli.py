@@ -66,6 +66,14 @@ def test_schema_is_json_and_can_be_written(capsys: pytest.CaptureFixture[str]) -
     assert json.loads(Path("schema.json").read_text()) == printed
 
 
+def test_schema_names_the_file_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert execute(["schema", "--out", "/proc/schema.json"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("simbench: /proc/schema.json: cannot be written: ")
+
+
 YAML = "title: t\ntests: t\nframes: 24\n"
 
 
@@ -99,6 +107,9 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         pytest.param("check --baseline no.json", "no.json: baseline", id="no baseline"),
         pytest.param("check --baseline broken.yaml", "broken.yaml", id="bad baseline"),
         pytest.param(
+            "check --baseline rows.json", "at least one row, has none", id="no rows"
+        ),
+        pytest.param(
             "check --baseline x.json --update", "--reason", id="update without reason"
         ),
         pytest.param("generate smoke", "Missing option", id="nowhere to write to"),
@@ -111,6 +122,9 @@ def test_mistake_is_one_line_and_status_2(
     Path("broken.yaml").write_text("name: [")
     Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
+    settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
+    empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
+    Path("rows.json").write_text(json.dumps(empty))
     assert execute(arguments.split()) == 2
     said = capsys.readouterr()
     assert said.err.startswith("simbench: ")
@@ -158,6 +172,17 @@ def test_generate_writes_sequences_and_leaves_finished_ones_alone(
     written = (folder / "sequence.json").stat().st_mtime_ns
     assert execute(command) == 0
     assert (folder / "sequence.json").stat().st_mtime_ns == written
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_generate_films_again_what_is_another_sequence() -> None:
+    command = ["generate", "smoke", "--out", "films", "--frames"]
+    assert execute([*command, "4"]) == 0
+    assert execute([*command, "3"]) == 0
+    folder = Path("films/smoke-0000")
+    assert len(read_sequence(folder)) == 3
+    assert len(list((folder / "frames").iterdir())) == 3
 
 
 @pytest.mark.sumo

@@ -4,13 +4,19 @@ import hashlib
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 import simbench
 from simbench.errors import RenderError
+from simbench.generation import finished_sequence
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
 from simbench.sequence import Sequence
+from simbench.showing import draw_truth, write_picture
 from tests.scenarios.stories import story
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
@@ -76,24 +82,77 @@ def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> 
         simbench.generate(blind, 0)
 
 
+@pytest.mark.parametrize(
+    ("camera", "words"),
+    [
+        pytest.param({"fov_rad": 2.5}, "found 1 x 1 px with 100%", id="tiny"),
+        pytest.param(
+            {"look_at": {"along_m": 40, "lateral_m": -2.9, "height_m": 1.5}},
+            r"px with [1-4]\d%",
+            id="half outside",
+        ),
+    ],
+)
+def test_a_first_frame_no_tracker_could_start_on_is_an_error(
+    camera: dict[str, Any], words: str
+) -> None:
+    scenario = story(camera=story().camera.model_dump() | camera)
+    with pytest.raises(RenderError, match=words):
+        simbench.generate(scenario, 0)
+
+
 def test_a_target_hidden_from_the_start_is_an_error_that_names_what_hides() -> None:
     pole = {"kind": "pole", "hides_at_s": 0, "distance_m": 10, "width_m": 1}
     with pytest.raises(RenderError, match="a pole hides the target in the first frame"):
         simbench.generate(story(occluders=[pole]), 0)
 
 
-def test_traffic_that_hides_the_start_is_drawn_again_and_counted() -> None:
+def hidden_at_first() -> Scenario:
     # A van right behind the target stays in every draw; one from the traffic does not.
-    place = {"along_m": 0, "lateral_m": -22, "height_m": 2}
+    place = {"along_m": 0, "lateral_m": -12, "height_m": 2}
     aim = {"along_m": 40, "lateral_m": -3.75, "height_m": 1}
-    scenario = story(
+    return story(
         frames=2,
         traffic={"density_per_km_lane": 25, "warm_up_s": 0, "mix": {"trailer": 1}},
         target={"lane": 1, "along_m": 40, "speed_mps": 15, "clear_m": 8},
         camera={"position": place, "look_at": aim, "fov_rad": 0.3},
     )
-    redraws = [simbench.generate(scenario, seed).redraws for seed in range(6)]
-    assert max(redraws) > 0
+
+
+def test_traffic_that_hides_the_start_is_drawn_again_and_counted() -> None:
+    scenario = hidden_at_first()
+    redraws = simbench.generate(scenario, 0).redraws
+    assert redraws > set_stage(scenario, 0).trajectories.redraws
+
+
+def test_show_draws_the_sequence_that_generate_makes(tmp_path: Path) -> None:
+    # The first draw hides the target: both must take the same later one.
+    scenario = hidden_at_first()
+    sequence = simbench.generate(scenario, 0)
+    assert sequence.redraws > set_stage(scenario, 0).trajectories.redraws
+    write_picture(scenario, 0, 0, tmp_path / "a.png")
+    picture = cv2.imread(str(tmp_path / "a.png"))
+    assert picture is not None
+    drawn = draw_truth(sequence.frames[0].image, sequence.truth, 0)
+    assert (picture[..., ::-1] == drawn).all()
+
+
+def test_a_shorter_sequence_leaves_nothing_of_a_longer_one(tmp_path: Path) -> None:
+    smoke = simbench.load_scenario("smoke")
+    simbench.generate(smoke.shortened(4), 0, tmp_path)
+    simbench.generate(smoke.shortened(3), 0, tmp_path)
+    assert len(list((tmp_path / "frames").iterdir())) == 3
+
+
+def test_a_finished_sequence_is_known_by_scenario_and_seed(tmp_path: Path) -> None:
+    smoke = simbench.load_scenario("smoke").shortened(3)
+    assert finished_sequence(tmp_path, smoke, 0) is None
+    simbench.generate(smoke, 0, tmp_path)
+    found = finished_sequence(tmp_path, smoke, 0)
+    assert found is not None
+    assert len(found) == 3
+    assert finished_sequence(tmp_path, smoke, 1) is None
+    assert finished_sequence(tmp_path, smoke.shortened(2), 0) is None
 
 
 def test_a_negative_seed_is_refused() -> None:

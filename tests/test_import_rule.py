@@ -18,6 +18,7 @@ LOWER_FLOOR = {
     "frame",
     "mask",
     "measures",
+    "one_line",
     "sequence",
     "tracker",
     "trajectories",

@@ -238,6 +238,26 @@ def test_baseline_without_a_measure_is_named(tmp_path: Path) -> None:
         Baseline.read(path)
 
 
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        pytest.param({"digests": []}, "digest for each of 3 seeds, has 0", id="none"),
+        pytest.param({"digests": [""]}, "each of 3 seeds, has 1", id="too few"),
+        pytest.param({"seeds": [], "digests": []}, "at least one seed", id="no seed"),
+    ],
+)
+def test_baseline_row_that_contradicts_itself_is_named(
+    tmp_path: Path, change: dict[str, list[str]], fault: str
+) -> None:
+    path = tmp_path / "ci.json"
+    baseline_of(suite(USUAL)).write(path)
+    text = json.loads(path.read_text())
+    text["rows"][0] |= change
+    path.write_text(json.dumps(text))
+    with pytest.raises(DatasetError, match=f"condensation on poles .*{fault}"):
+        Baseline.read(path)
+
+
 def test_junit_has_a_case_a_check_and_a_failure_a_fault(tmp_path: Path) -> None:
     checks = compare(baseline_of(suite(USUAL)), suite((35, 35, 35)))
     write_junit(tmp_path / "junit.xml", checks)

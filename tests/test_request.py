@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from simbench.environment import versions
 from simbench.errors import SimbenchError
+from simbench.running import source
+from simbench.running.folder import RunFolder
+from simbench.running.plan import plan
 from simbench.running.request import Request, parse_seeds, spec_text, track_seed
 from simbench.running.source import filming_code, module_code, tracking_code
 from simbench.running.suite import DEFAULT_SUITE, Suite
@@ -76,6 +82,7 @@ def test_digest_changes_with_everything_asked(request_of_smoke: Request) -> None
         pytest.param({"seeds": (1, 1)}, "seeds must differ, got 1", id="seed twice"),
         pytest.param({"repetitions": 0}, "repetitions must be", id="no repetition"),
         pytest.param({"timeout_s": 0.0}, "timeout must be above 0 s", id="no time"),
+        pytest.param({"timeout_s": math.inf}, "above 0 s, got inf", id="endless"),
     ],
 )
 def test_impossible_request_is_refused(
@@ -118,6 +125,80 @@ def test_code_of_a_tracker_changes_with_its_file(
     assert module_code("own_tracker") != before
 
 
+@pytest.fixture
+def own_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to import from, of a name that no other test has imported from."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def code_of(*modules: str) -> str:
+    module_code.cache_clear()
+    return module_code(*modules)
+
+
+def test_code_of_a_tracker_in_a_package_without_init_changes_with_its_files(
+    own_code: Path,
+) -> None:
+    package = own_code / "bare_package"
+    package.mkdir()
+    (package / "mine.py").write_text("a = 1\n")
+    before = code_of("bare_package.mine")
+    (package / "mine.py").write_text("a = 2\n")
+    assert code_of("bare_package.mine") != before
+
+
+@pytest.mark.parametrize(
+    "statement",
+    ["import beside_it", "from beside_it import a", "def f():\n    import beside_it.b"],
+)
+def test_code_of_a_tracker_changes_with_what_it_imports(
+    own_code: Path, statement: str
+) -> None:
+    (own_code / "one_file.py").write_text(f"import numpy, os\n{statement}\n")
+    (own_code / "beside_it.py").write_text("import further\na = 1\n")
+    (own_code / "further.py").write_text("import one_file\n")  # round in a circle
+    (own_code / "stranger.py").write_text("a = 1\n")
+    first = code_of("one_file")
+    (own_code / "stranger.py").write_text("a = 2\n")
+    assert code_of("one_file") == first
+    (own_code / "beside_it.py").write_text("import further\na = 2\n")
+    second = code_of("one_file")
+    (own_code / "further.py").write_text("a = 3\n")
+    assert len({first, second, code_of("one_file")}) == 3
+
+
+def test_code_of_our_own_trackers_is_that_of_tracking_alone() -> None:
+    assert code_of("simbench.trackers.condensation") == code_of()
+
+
+def test_code_of_a_tracker_counts_the_module_that_makes_it(own_code: Path) -> None:
+    factory = "from simbench.trackers.still import Still\ndef make(): return Still()\n"
+    (own_code / "still_factory.py").write_text(factory)
+    folder, walk = RunFolder(own_code / "run"), find_tracker("still_factory:make")
+    asked = Request((load_scenario("smoke"),), (walk,), (0,))
+    module_code.cache_clear()
+    (before,) = plan(asked, folder)
+    (own_code / "still_factory.py").write_text(f"{factory}a = 1\n")
+    module_code.cache_clear()
+    (after,) = plan(asked, folder)
+    assert before.sequence == after.sequence
+    assert before.chases[0].part != after.chases[0].part
+
+
+def test_code_changes_with_the_version_of_what_it_stands_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = filming_code(), tracking_code()
+    newer = versions() | {"numpy": "99.0"}
+    monkeypatch.setattr(source, "versions", lambda: newer)
+    source._digest.cache_clear()
+    after = filming_code(), tracking_code()
+    source._digest.cache_clear()
+    assert before[0] != after[0]
+    assert before[1] != after[1]
+
+
 def test_suite_comes_back_from_its_settings() -> None:
     assert Suite.from_settings(DEFAULT_SUITE.to_settings()) == DEFAULT_SUITE
 
@@ -130,3 +211,25 @@ def test_suite_cuts_its_scenarios() -> None:
 def test_settings_that_are_no_suite_are_refused() -> None:
     with pytest.raises(SimbenchError, match=r"baseline: settings\.scenarios"):
         Suite.from_settings({"seeds": [0], "trackers": ["still"]})
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        pytest.param({"scenarios": []}, "scenarios", id="no scenario"),
+        pytest.param({"trackers": []}, "trackers", id="no tracker"),
+        pytest.param({"seeds": []}, "seeds", id="no seed"),
+        pytest.param({"seeds": [0, -1]}, r"seeds\.1", id="negative seed"),
+        pytest.param(
+            {"scenarios": [{"name": "smoke", "frames": 1}]},
+            r"scenarios\.0\.frames",
+            id="one frame",
+        ),
+    ],
+)
+def test_settings_out_of_range_are_refused_in_one_line(
+    change: dict[str, Any], place: str
+) -> None:
+    with pytest.raises(SimbenchError, match=rf"settings\.{place}: ") as caught:
+        Suite.from_settings(DEFAULT_SUITE.to_settings() | change)
+    assert "\n" not in str(caught.value)

@@ -17,7 +17,9 @@ import pytest
 from simbench.errors import DatasetError
 from simbench.running.folder import RunFolder
 from simbench.running.grid import run_grid
+from simbench.running.report_again import report_again
 from simbench.running.request import Request, track_seed
+from simbench.running.whole_run import whole_run
 from simbench.scenarios.loading import load_scenario
 from simbench.scores import Scores
 from simbench.trackers.finding import find_tracker
@@ -56,7 +58,7 @@ def folder(filmed: RunFolder, tmp_path: Path) -> RunFolder:
 
 
 def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> None:
-    trackers = ("Walk", "Raise", "Nan", "Hang", "Leave", "Crash")
+    trackers = ("Walk", "Raise", "Nan", "Interrupt", "Hang", "Leave", "Crash")
     scores, _ = run_grid(asked(*trackers, timeout_s=2.0), folder, jobs=2)
     runs = scores.runs.set_index("tracker")
     assert runs.index.tolist() == [t.lower() for t in trackers]
@@ -64,17 +66,21 @@ def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> Non
         "walk": "ok",
         "raise": "failed",
         "nan": "failed",
+        "interrupt": "failed",
         "hang": "failed",
         "leave": "failed",
         "crash": "failed",
     }
     assert runs["reason"]["raise"] == "frame 3: exception: RuntimeError: lost it"
     assert runs["reason"]["nan"].startswith("frame 3: not-a-number: box must be finite")
+    reason = "frame 1: exception: KeyboardInterrupt: as if typed"
+    assert runs["reason"]["interrupt"] == reason
     assert runs["reason"]["hang"] == "timeout after 2 s"
     assert runs["reason"]["leave"] == "process ended with exit status 0"
     assert runs["reason"]["crash"] == "process killed by SIGSEGV"
     assert set(runs["frames"]) == {24}
-    assert "about to hang" in folder.log.read_text()
+    printed = f"about to hang; temporary files: {folder.path / 'tmp'}\n"
+    assert printed in folder.log.read_text()
 
 
 def test_rows_come_in_the_order_of_the_request(folder: RunFolder) -> None:
@@ -108,6 +114,54 @@ def test_what_is_done_is_not_done_again(folder: RunFolder) -> None:
     )  # the time of another run differs
 
 
+@pytest.mark.parametrize("name", ["scores.parquet", "frames.parquet"])
+def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) -> None:
+    first, _ = run_grid(asked("Walk"), folder)
+    (part,) = folder.parts.iterdir()
+    (part / name).write_bytes((part / name).read_bytes()[:100])
+    second, _ = run_grid(asked("Walk"), folder)
+    assert second.frames["left"].tolist() == first.frames["left"].tolist()
+    assert Scores.read(part).runs["status"].tolist() == ["ok"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        pytest.param("scores.parquet", None, id="no scores"),
+        pytest.param("frames.parquet", b"PAR1", id="cut frames"),
+        pytest.param("report.html", None, id="no report"),
+        pytest.param("report.html", b"<html>", id="cut report"),
+        pytest.param("run.json", b"{", id="cut facts"),
+    ],
+)
+def test_finished_run_is_made_whole_again_by_the_same_call(
+    folder: RunFolder, name: str, content: bytes | None
+) -> None:
+    request = asked("Walk")
+    (folder.path / ".lock").touch()  # so that it is ours
+    first = whole_run(request, folder.path, command="", keep_sequences=True)
+    (part,) = folder.parts.iterdir()
+    written = part.stat().st_mtime_ns
+    (folder.path / name).unlink()
+    if content is not None:
+        (folder.path / name).write_bytes(content)
+    second = whole_run(request, folder.path, command="", keep_sequences=True)
+    assert folder.is_finished(request.digest)
+    assert part.stat().st_mtime_ns == written  # from parts
+    assert second.scores.runs["fps"].tolist() == first.scores.runs["fps"].tolist()
+
+
+def test_temporary_files_of_a_killed_run_are_removed(folder: RunFolder) -> None:
+    left_over = folder.path / "tmp" / "simbench-traffic-x" / "road.net.xml"
+    left_over.parent.mkdir(parents=True)
+    left_over.touch()
+    with folder.workshop() as temporary:
+        assert temporary.is_absolute()
+        assert list(temporary.iterdir()) == []
+        (temporary / "new").touch()
+    assert not (folder.path / "tmp").exists()
+
+
 def test_sequences_other_than_the_first_are_removed(
     filmed: RunFolder, folder: RunFolder
 ) -> None:
@@ -116,6 +170,16 @@ def test_sequences_other_than_the_first_are_removed(
     assert [path.name for path in folder.sequences.iterdir()] == [name]
     assert sequences["smoke"].seed == 4
     assert sequences["smoke"].frames[23].index == 23
+
+
+def test_report_again_shows_the_sequences_that_were_kept(folder: RunFolder) -> None:
+    (folder.path / ".lock").touch()
+    whole_run(asked("Walk"), folder.path, command="", keep_sequences=True)
+    folder.report.unlink()
+    told: list[float] = []
+    report_again(folder.path, lambda done, of, doing: told.append(done))
+    assert folder.report.exists()
+    assert told == []  # nothing was filmed
 
 
 def test_scenario_that_cannot_be_filmed_costs_its_rows(tmp_path: Path) -> None:

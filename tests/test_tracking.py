@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import signal
 import time
 from collections.abc import Callable
 
@@ -58,6 +59,23 @@ def _leave(frame: Frame) -> None:
     raise SystemExit(3)
 
 
+def _end_generator(frame: Frame) -> None:
+    raise GeneratorExit
+
+
+class Unspeakable(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+def _fail_unspeakably(frame: Frame) -> None:
+    raise Unspeakable
+
+
+def _interrupt(frame: Frame) -> None:
+    raise KeyboardInterrupt
+
+
 def test_track_holds_one_row_a_frame(tiny: Sequence) -> None:
     found = track(Drifting(), tiny, seed=5)
     assert found.boxes.shape == (8, 4)
@@ -105,6 +123,12 @@ def test_seconds_leave_out_the_reading_of_pictures(tiny: Sequence) -> None:
     [
         pytest.param(_raise, "exception", "RuntimeError: lost the target", id="raises"),
         pytest.param(_leave, "exception", "SystemExit: 3", id="calls exit"),
+        pytest.param(
+            _end_generator, "exception", "GeneratorExit", id="raises GeneratorExit"
+        ),
+        pytest.param(
+            _fail_unspeakably, "exception", "Unspeakable", id="has no words for it"
+        ),
         pytest.param(
             _write,
             "exception",
@@ -156,6 +180,36 @@ def test_fault_ends_the_track_in_its_frame(
             id="negative particles",
         ),
         pytest.param(
+            Estimate(TRUE, particles=10**30),
+            "exception",
+            "particles must be a whole number",
+            id="more particles than can be counted",
+        ),
+        pytest.param(
+            Estimate(TRUE, particles=10**5000),
+            "exception",
+            "Estimate of numbers",
+            id="more particles than can be written",
+        ),
+        pytest.param(
+            Estimate(TRUE, particles=np.inf),  # type: ignore[arg-type]
+            "exception",
+            r"whole number >= 0 and < 2\^31, got inf",
+            id="endless particles",
+        ),
+        pytest.param(
+            Estimate(Box(1e308, 0, 1, 1)),
+            "not-a-number",
+            "within 1e",
+            id="box out of all bounds",
+        ),
+        pytest.param(
+            Estimate(Box(0, 0, 1, 1.1e6)),
+            "not-a-number",
+            "within 1e",
+            id="endless height",
+        ),
+        pytest.param(
             (0, 0, 1, 1),
             "exception",
             "must return an Estimate .* got tuple",
@@ -183,6 +237,20 @@ def test_unsound_estimate_is_a_failure(
     assert (failure.frame, failure.kind) == (4, kind)
     assert re.search(message, failure.message)
     assert np.isnan(found.boxes[4:]).all()
+
+
+def test_ctrl_c_stops_the_run(tiny: Sequence) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        track(Drifting(3, _interrupt), tiny, seed=0)
+
+
+def test_interrupt_that_no_key_can_have_raised_is_a_failure(tiny: Sequence) -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in a worker
+    try:
+        (failure,) = track(Drifting(3, _interrupt), tiny, seed=0).failures
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (failure.frame, failure.message) == (3, "KeyboardInterrupt")
 
 
 def test_update_that_returns_nothing_is_a_failure(tiny: Sequence) -> None:

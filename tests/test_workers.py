@@ -54,6 +54,12 @@ def outcome(crew: Crew, *jobs: Job) -> list[Event]:
             id="raises",
         ),
         pytest.param(
+            job(misbehaving.interrupt),
+            "failed",
+            "KeyboardInterrupt",
+            id="raises what Ctrl-C raises",
+        ),
+        pytest.param(
             job(misbehaving.leave, 0),
             "died",
             "process ended with exit status 0",
@@ -123,6 +129,12 @@ def test_environment_is_set_in_workers_only(
     monkeypatch.delenv("SIMBENCH_TEST", raising=False)
     (event,) = outcome(crew, job(misbehaving.variable, "SIMBENCH_TEST"))
     assert event.value == "seen"
+
+
+def test_workers_put_temporary_files_where_they_are_told(tmp_path: Path) -> None:
+    with Crew(1, {"TMPDIR": str(tmp_path)}, tmp_path / "log") as crew:
+        (event,) = outcome(crew, job(misbehaving.temporary_folder))
+    assert event.value == str(tmp_path)
 
 
 def test_traceback_of_a_failed_job_is_in_the_log(crew: Crew, tmp_path: Path) -> None:

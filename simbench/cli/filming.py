@@ -22,7 +22,6 @@ def generate(
 ) -> None:
     """Film scenarios into folders OUT/SCENARIO-SEED; finished ones are left alone."""
     from simbench import generation
-    from simbench.datasets.native import is_finished
     from simbench.running.request import parse_seeds
 
     wanted = [
@@ -45,7 +44,7 @@ def generate(
             ) -> None:
                 tell(before + done, all_frames, what)
 
-            if not is_finished(folder):
+            if generation.finished_sequence(folder, scenario, seed) is None:
                 generation.generate(scenario, seed, folder, progress=step)
             before += scenario.frames
     for _, _, folder in wanted:

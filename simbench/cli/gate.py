@@ -61,6 +61,9 @@ def check(
         if known is not None and not update:
             rows = [row for row in known.rows if row.tracker in labels]
             known = replace(known, rows=rows)
+    if known is not None and not update and not known.rows:
+        of = f" of {trackers}" if trackers else ""
+        raise SimbenchError(f"{baseline}: must have at least one row{of}, has none")
     scores = _run(suite, jobs, console)
     if update:
         _update(baseline, suite, scores, reason, console)

@@ -52,6 +52,7 @@ def schema(
     out: Annotated[Path | None, typer.Option(help="File to write to.")] = None,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete YAML."""
+    from simbench.errors import DatasetError
     from simbench.scenarios.loading import scenario_schema
     from simbench.writing import written_whole
 
@@ -59,6 +60,9 @@ def schema(
     if out is None:
         typer.echo(text, nl=False)
         return
-    with written_whole(out) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    try:
+        with written_whole(out) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DatasetError(f"{out}: cannot be written: {error.strerror}") from None
     typer.echo(str(out))

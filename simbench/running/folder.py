@@ -9,6 +9,7 @@
     parts/           the scores of each task that is done, under the digest of all
                      that made them; what a repeated command finds there is not redone
     workers.log      what trackers and simulator printed
+    tmp/             temporary files of the workers, while they work
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.errors import DatasetError
+from simbench.scores import Scores
 from simbench.writing import written_whole
 
 __all__ = ["RunFolder"]
@@ -40,6 +42,7 @@ class RunFolder:
         self.path = path
         self.parts = path / "parts"
         self.sequences = path / "sequences"
+        self.temporary = path / "tmp"
         self.log = path / "workers.log"
         self.report = path / "report.html"
 
@@ -71,6 +74,20 @@ class RunFolder:
                     f"{self.path}: another run is writing here"
                 ) from None
             yield
+
+    @contextmanager
+    def workshop(self) -> Iterator[Path]:
+        """Yield an empty folder for temporary files; it goes when the block ends.
+
+        What processes that were killed could not remove lies here, and goes with it:
+        now, or where this process is killed too, the next time.
+        """
+        shutil.rmtree(self.temporary, ignore_errors=True)
+        self.temporary.mkdir(parents=True, exist_ok=True)
+        try:
+            yield self.temporary.absolute()
+        finally:
+            shutil.rmtree(self.temporary, ignore_errors=True)
 
     def write_facts(self, facts: Mapping[str, Any]) -> None:
         """Write ``run.json``, whole."""
@@ -105,12 +122,22 @@ class RunFolder:
             shutil.rmtree(folder, ignore_errors=True)
         self.log.unlink(missing_ok=True)
 
-    @property
-    def is_finished(self) -> bool:
-        """Whether a run came to its end here."""
-        if not (self.path / "run.json").exists() or not self.report.exists():
+    def is_finished(self, digest: str) -> bool:
+        """Whether a run came to its end here, and all that it made can be read.
+
+        Parameters
+        ----------
+        digest : str
+            Of the request.
+        """
+        try:
+            facts = self.read_facts()
+            Scores.read(self.path)
+            page = self.report.read_text(encoding="utf-8")
+        except (DatasetError, OSError, UnicodeError):
             return False
-        return bool(self.read_facts().get("finished"))
+        ended = facts.get("finished") is True and facts.get("digest") == digest
+        return ended and page.rstrip().endswith("</html>")
 
     @property
     def _lock(self) -> Path:

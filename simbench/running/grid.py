@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 
 from simbench.datasets.native import is_finished, read_sequence
 from simbench.running.folder import RunFolder
@@ -57,7 +58,10 @@ def run_grid(
     """
     shoots = plan(request, folder)
     grid = _Grid(shoots, request.timeout_s, keep_sequences)
-    with Crew(jobs, _environment(jobs), folder.log) as crew:
+    with (
+        folder.workshop() as temporary,
+        Crew(jobs, _environment(jobs, temporary), folder.log) as crew,
+    ):
         while grid.step(crew):
             if progress is not None:
                 progress(*grid.standing())
@@ -71,10 +75,14 @@ def run_grid(
 
 def finished_scores(request: Request, folder: RunFolder) -> Scores | None:
     """Return the scores of a request of which nothing is left to do, else None."""
-    chases = [chase for shoot in plan(request, folder) for chase in shoot.chases]
-    if not all(chase.part.exists() for chase in chases):
-        return None
-    return Scores.concat(Scores.read(chase.part) for chase in chases)
+    parts = []
+    for shoot in plan(request, folder):
+        for chase in shoot.chases:
+            part = chase.scores()
+            if part is None:
+                return None
+            parts.append(part)
+    return Scores.concat(parts)
 
 
 class _Grid:
@@ -86,7 +94,9 @@ class _Grid:
         self.keep = keep
         self.lost: dict[Chase, str] = {}
         self.shoot_of = {c.sequence: shoot for shoot in shoots for c in shoot.chases}
-        self.open = {s: [c for c in s.chases if not c.part.exists()] for s in shoots}
+        found = {chase: chase.scores() for s in shoots for chase in s.chases}
+        self.known = {chase: one for chase, one in found.items() if one is not None}
+        self.open = {s: [c for c in s.chases if c not in self.known] for s in shoots}
         wanted = [s for s in shoots if self.open[s] or self.is_kept(s)]
         # the longest first, so that the last one does not leave other workers idle
         wanted.sort(key=lambda shoot: -shoot.scenario.frames)
@@ -165,11 +175,14 @@ class _Grid:
         return self.work_done + sum(self.under_way.values()), self.all_work, doing
 
     def scores(self) -> Scores:
-        return Scores.concat(
-            Scores.read(c.part) if c.part.exists() else c.failure(self.lost[c])
-            for shoot in self.shoots
-            for c in shoot.chases
-        )
+        return Scores.concat(self.reached(c) for s in self.shoots for c in s.chases)
+
+    def reached(self, chase: Chase) -> Scores:
+        found = self.known.get(chase) or chase.scores()
+        if found is None:
+            reason = self.lost.get(chase, "its scores cannot be read")
+            return chase.failure(reason)
+        return found
 
 
 def _cost(task: Shoot | Chase) -> float:
@@ -178,10 +191,10 @@ def _cost(task: Shoot | Chase) -> float:
     return a_frame * task.scenario.frames
 
 
-def _environment(jobs: int) -> dict[str, str]:
-    """Return the variables that keep a worker on its own core."""
+def _environment(jobs: int, temporary: Path) -> dict[str, str]:
+    """Return the variables that keep a worker on its own core and in its folder."""
     pools = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    environment = dict.fromkeys(pools, "1")
+    environment = dict.fromkeys(pools, "1") | {"TMPDIR": str(temporary)}
     if jobs > 1:  # llvmpipe's threads help one process, and get in the way of several
         environment["LP_NUM_THREADS"] = "0"
     return environment

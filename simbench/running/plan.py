@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from simbench.errors import DatasetError
 from simbench.running.folder import RunFolder
 from simbench.running.request import Request, digest_of, spec_text, track_seed
 from simbench.running.source import filming_code, module_code, tracking_code
@@ -39,6 +40,13 @@ class Chase:
     tracker: TrackerSpec
     repetition: int
     part: Path
+
+    def scores(self) -> Scores | None:
+        """Return what was reached, or None where that is not known yet."""
+        try:
+            return Scores.read(self.part)
+        except (DatasetError, TypeError, ValueError):  # missing, cut off or scrambled
+            return None
 
     @property
     def track_seed(self) -> int:
@@ -95,22 +103,30 @@ def plan(request: Request, folder: RunFolder) -> list[Shoot]:
     Names on disk hold a digest of everything that makes the result, code included:
     what is there under its name need not be made again.
     """
+    codes = [
+        (tracking_code(), module_code(t.module, type(t.make()).__module__))
+        for t in request.trackers
+    ]
     shoots = []
     for scenario in request.scenarios:
         for seed in request.seeds:
             key = digest_of(filming_code(), scenario.digest, seed)[:8]
             sequence = folder.sequences / f"{scenario.name}-{seed:04d}-{key}"
-            chases = tuple(_chases(request, folder, scenario, seed, sequence))
+            chases = tuple(_chases(request, codes, folder, scenario, seed, sequence))
             first = seed == request.seeds[0]
             shoots.append(Shoot(scenario, seed, sequence, first, chases))
     return shoots
 
 
 def _chases(
-    request: Request, folder: RunFolder, scenario: Scenario, seed: int, sequence: Path
+    request: Request,
+    codes: list[tuple[str, str]],
+    folder: RunFolder,
+    scenario: Scenario,
+    seed: int,
+    sequence: Path,
 ) -> Iterator[Chase]:
-    for tracker in request.trackers:
-        code = tracking_code(), module_code(type(tracker.make()).__module__)
+    for tracker, code in zip(request.trackers, codes, strict=True):
         for repetition in range(request.repetitions):
             key = digest_of(
                 code, sequence.name, spec_text(tracker), repetition, request.timeout_s

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from simbench.errors import DatasetError
-from simbench.generation import generate
+from simbench.generation import finished_sequence, generate
 from simbench.report import write_report
 from simbench.running.folder import RunFolder
 from simbench.running.grid import Progress
@@ -21,7 +21,8 @@ __all__ = ["report_again"]
 def report_again(path: Path, progress: Progress) -> Path:
     """Write the report of the run in ``path`` and return where it stands.
 
-    The sequences that it shows are made again from scenario and seed.
+    The sequences that it shows are those kept in the folder; what is not there is made
+    again from scenario and seed.
 
     Raises
     ------
@@ -40,13 +41,13 @@ def report_again(path: Path, progress: Progress) -> Path:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"
         ) from None
-    sequences = _sequences(scenarios, seed, progress)
+    sequences = _sequences(folder, scenarios, seed, progress)
     write_report(scores, sequences, facts, folder.report)
     return folder.report
 
 
 def _sequences(
-    scenarios: list[Scenario], seed: int, progress: Progress
+    folder: RunFolder, scenarios: list[Scenario], seed: int, progress: Progress
 ) -> list[Sequence]:
     frames = sum(scenario.frames for scenario in scenarios)
     before = 0
@@ -58,6 +59,14 @@ def _sequences(
         ) -> None:
             progress(before + done, frames, f"filming: {name}, seed {seed}")
 
-        sequences.append(generate(scenario, seed, progress=tell))
+        kept = _kept(folder, scenario, seed)
+        sequences.append(kept or generate(scenario, seed, progress=tell))
         before += scenario.frames
     return sequences
+
+
+def _kept(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:
+    """Return the sequence in the run folder, whichever code made it: it was run on."""
+    places = sorted(folder.sequences.glob(f"{scenario.name}-{seed:04d}-*"))
+    found = (finished_sequence(place, scenario, seed) for place in places)
+    return next(filter(None, found), None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable
@@ -59,7 +60,7 @@ class Request:
             raise SimbenchError(
                 f"repetitions must be at least 1, got {self.repetitions}"
             )
-        if not self.timeout_s > 0.0:
+        if not 0.0 < self.timeout_s < math.inf:
             raise SimbenchError(f"timeout must be above 0 s, got {self.timeout_s:g}")
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import pydantic
 
@@ -16,6 +16,10 @@ from simbench.trackers.finding import find_tracker
 __all__ = ["DEFAULT_SUITE", "Suite", "SuiteScenario"]
 
 
+T = TypeVar("T")
+_Some = Annotated[list[T], pydantic.Field(min_length=1)]
+
+
 @dataclass(frozen=True, slots=True)
 class SuiteScenario:
     """One scenario of a suite.
@@ -25,11 +29,11 @@ class SuiteScenario:
     name : str
         As `load_scenario` takes it.
     frames : int or None
-        Length it is cut to; None for all of it.
+        Length it is cut to, at least 2; None for all of it.
     """
 
     name: str
-    frames: int | None = None
+    frames: Annotated[int, pydantic.Field(ge=2)] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +43,18 @@ class Suite:
     Attributes
     ----------
     scenarios : list of SuiteScenario
+        At least one, as of seeds and trackers.
     seeds : list of int
+        At least 0.
     trackers : list of str
         As `find_tracker` takes them.
     timeout_s : float, s
         Wall time of one tracker on one sequence.
     """
 
-    scenarios: list[SuiteScenario]
-    seeds: list[int]
-    trackers: list[str]
+    scenarios: _Some[SuiteScenario]
+    seeds: _Some[Annotated[int, pydantic.Field(ge=0)]]
+    trackers: _Some[str]
     timeout_s: float = 60.0
 
     @classmethod

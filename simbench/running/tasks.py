@@ -9,11 +9,12 @@ import cv2
 
 from simbench.datasets.native import read_sequence
 from simbench.errors import SimbenchError
+from simbench.one_line import one_line
 from simbench.running.plan import Chase
 from simbench.running.workers import Report
 from simbench.scenarios.schema import Scenario
 from simbench.scores import score
-from simbench.tracking import one_line, track
+from simbench.tracking import track
 from simbench.writing import written_whole
 
 __all__ = ["film", "follow"]
@@ -53,7 +54,7 @@ def follow(chase: Chase, timeout_s: float, report: Report) -> None:
     sequence = read_sequence(chase.sequence)
     try:
         tracker = chase.tracker.make()
-    except (Exception, SystemExit) as error:  # a tracker's fault is a result
+    except BaseException as error:  # a tracker's fault is a result
         expected = isinstance(error, SimbenchError)
         scores = chase.failure(str(error) if expected else one_line(error))
     else:

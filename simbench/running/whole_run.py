@@ -81,9 +81,10 @@ def whole_run(
     with folder.claimed():
         if fresh:
             folder.forget()
-        known = finished_scores(request, folder) if folder.is_finished else None
-        if known is not None and folder.read_facts()["digest"] == request.digest:
-            return Outcome(known, folder.report)
+        if folder.is_finished(request.digest):
+            known = finished_scores(request, folder)
+            if known is not None:
+                return Outcome(known, folder.report)
         facts = run_facts(request, command)
         folder.write_facts(facts)
         scores, sequences = run_grid(

@@ -17,6 +17,7 @@ import os
 import pickle
 import signal
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -26,6 +27,8 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
+
+from simbench.one_line import one_line
 
 __all__ = ["Crew", "Event", "Job", "Report"]
 
@@ -232,6 +235,7 @@ def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
     """Do jobs until the pipe closes; the whole life of a worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(environment)
+    tempfile.tempdir = None  # so that a TMPDIR among them is looked at
     _print_to(log)
     threading.Thread(target=_die_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
@@ -241,9 +245,9 @@ def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
                 function, arguments = pickle.loads(order)  # imports what it needs
                 pipe.send(("started", None))
                 answer = "done", function(*arguments, _Reporter(pipe))
-            except Exception as error:
+            except BaseException as error:  # Ctrl-C is ignored: so all are the job's
                 traceback.print_exc()
-                answer = "failed", f"{type(error).__name__}: {error}"
+                answer = "failed", one_line(error)
             pipe.send(answer)
 
 
