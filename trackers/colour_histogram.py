@@ -146,7 +146,8 @@ def similarities(  # type: ignore[no-untyped-def]  # numba infers the types
     Yildirim et al., "direction-based modified particle filter for vehicle tracking",
     ETRI Journal (DPF), eq. 2.
     """
-    roots = np.sqrt(reference)
+    support = np.flatnonzero(reference)  # a car has a few dozen of the 256 colours
+    roots = np.sqrt(reference[support])
     sqrt_counts = np.sqrt(np.arange(samples.shape[0] + 1) / samples.shape[0])
     counts = np.zeros(BINS, np.int64)
     result = np.empty(ellipses.shape[0])
@@ -154,7 +155,7 @@ def similarities(  # type: ignore[no-untyped-def]  # numba infers the types
         counts[:] = 0
         histogram(image, table, ellipses[n], samples, counts)
         total = 0.0
-        for u in range(BINS):
-            total += roots[u] * sqrt_counts[counts[u]]
+        for u in range(support.shape[0]):
+            total += roots[u] * sqrt_counts[counts[support[u]]]
         result[n] = min(total, 1.0)
     return result
