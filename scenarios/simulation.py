@@ -104,11 +104,13 @@ def _request(
 
 
 def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, Any]:
-    lanes = {role.lane, *(lane for _, lane in told_lanes(role))}
-    goals = dict(told_lanes(role))
-    moves = [
-        {"at_s": move.at_s, "speed_mps": move.speed_mps, "lane": goals.get(move.at_s)}
+    told = told_lanes(role)
+    lanes = {role.lane, *(lane for _, lane in told)}
+    moves = [{"at_s": at_s, "speed_mps": None, "lane": lane} for at_s, lane in told]
+    moves += [
+        {"at_s": move.at_s, "speed_mps": move.speed_mps, "lane": None}
         for move in role.manoeuvres
+        if move.speed_mps is not None
     ]
     return {
         "name": name,

@@ -217,13 +217,14 @@ def _record(
     script = _Script(request["actors"])
     for step in range(steps):
         script.play(step * STEP_S)
-        for name in libsumo.vehicle.getIDList():
+        present = libsumo.vehicle.getIDList()
+        for name in present:
             number = index.setdefault(name, len(index))
             lane = libsumo.vehicle.getLaneIndex(name)
             offset = libsumo.vehicle.getLateralLanePosition(name)
             place = libsumo.vehicle.getLanePosition(name)
             rows.append((step, number, place, lane + offset / request["lane_width_m"]))
-        if "target" not in libsumo.vehicle.getIDList():
+        if "target" not in present:
             break  # the story is over; the caller says why
         if step < steps - 1:
             _advance(carriageways)

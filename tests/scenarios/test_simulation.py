@@ -139,6 +139,16 @@ def test_a_told_lane_change_starts_at_once_and_takes_its_time(at_s: float) -> No
     assert change.end_s - change.start_s == pytest.approx(2.0, abs=0.05)
 
 
+def test_lane_and_speed_can_be_told_at_the_same_time() -> None:
+    moves = [{"at_s": 0.4, "change_lane": "left"}, {"at_s": 0.4, "speed_mps": 17}]
+    target = {"lane": 0, "along_m": 20, "speed_mps": 20, "manoeuvres": moves}
+    traffic = {"density_per_km_lane": 0, "warm_up_s": 0, "lane_change_s": 2}
+    drive = _drive(story(frames=100, target=target, traffic=traffic))
+    assert [(c.from_lane, c.to_lane) for c in drive.lane_changes] == [(0, 1)]
+    assert drive.speeds[-1, drive.target] == pytest.approx(17.0, abs=0.05)
+    assert drive.redraws == 0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_lane_change_story_changes_lanes_twice(seed: int) -> None:
     drive = _drive(load_scenario("lane-change"), seed)
