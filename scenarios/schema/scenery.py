@@ -1,0 +1,51 @@
+"""What stands around: occluders and what lines the road."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from simbench.scenarios.schema.strict import Strict
+
+__all__ = ["Occluder", "Surroundings"]
+
+
+class Occluder(Strict):
+    """Something that stands between camera and target.
+
+    Either at a place of the road (``along_m`` and ``lateral_m``), or on the line of
+    sight: ``hides_at_s`` and ``distance_m`` from the camera.
+    """
+
+    kind: Literal["pole", "sign", "gantry", "tree", "lamp"] = "pole"
+    along_m: float | None = None
+    lateral_m: float | None = None
+    hides_at_s: float | None = Field(default=None, ge=0, le=600)
+    distance_m: float | None = Field(default=None, gt=0.5, le=2000)
+    width_m: float = Field(default=0.3, gt=0.02, le=20, description="Of what hides.")
+    height_m: float = Field(default=7.0, gt=0.1, le=40)
+
+    @model_validator(mode="after")
+    def _has_one_place(self) -> Self:
+        placed = self.along_m is not None and self.lateral_m is not None
+        sighted = self.hides_at_s is not None and self.distance_m is not None
+        given = (self.along_m, self.lateral_m, self.hides_at_s, self.distance_m)
+        if placed == sighted or sum(value is not None for value in given) != 2:
+            raise ValueError(
+                "give either along_m and lateral_m, or hides_at_s and distance_m"
+            )
+        return self
+
+
+class Surroundings(Strict):
+    """What lines the road."""
+
+    guard_rails: bool = True
+    lamp_spacing_m: float | None = Field(default=None, gt=5, le=500)
+    gantry_spacing_m: float | None = Field(default=None, gt=20, le=3000)
+    tree_spacing_m: float | None = Field(default=18.0, gt=2, le=500)
+    tree_lateral_m: float = Field(
+        default=14, ge=0, le=200, description="From the road's edge to the trees."
+    )
+    season: Literal["summer", "autumn"] = "summer"
