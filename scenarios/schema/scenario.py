@@ -36,6 +36,9 @@ class Scenario(Strict):
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
     title: str = Field(min_length=1, max_length=100)
     tests: str = Field(min_length=1, description="What it tests, in one line.")
+    variant: str = Field(
+        default="", max_length=200, description="Which of several of that name."
+    )
     frames: int = Field(ge=2, le=100_000, description="Frames kept.")
     road: Road = Road()
     traffic: Traffic = Traffic()
