@@ -9,7 +9,7 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all bench lint format clean
+.PHONY: demo test test-all test-compat bench lint format clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -25,6 +25,10 @@ test-all: lint .venv/chromium
 	$(BIN)/pytest -n $(JOBS) --cov --cov-report=term -m "not bench"
 	$(BIN)/simbench check --baseline results/baselines/ci.json --jobs $(JOBS)
 
+# the toolkits of others, unmodified, read and score what 'simbench generate' writes
+test-compat: .venv-compat/installed
+	.venv-compat/bin/pytest tests/compat
+
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed
 	.venv-bench/bin/pytest -m bench -p no:xdist --benchmark-disable-gc
@@ -39,7 +43,7 @@ format: .venv/developer
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf .venv .venv-bench build dist *.egg-info .coverage* results/runs
+	rm -rf .venv .venv-bench .venv-compat build dist *.egg-info .coverage* results/runs
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -70,4 +74,16 @@ clean:
 	@.venv-bench/bin/pip uninstall --quiet -y opencv-python-headless
 	@.venv-bench/bin/pip install --quiet --disable-pip-version-check --no-compile \
 	    opencv-contrib-python-headless
+	@touch $@
+
+# The toolkits agree with what simbench asks for, so one environment holds both. But
+# vot-toolkit brings a second build of OpenCV, which lies over ours: one is taken out.
+.venv-compat/installed: pyproject.toml tests/compat/requirements.txt
+	@.ci/python-environment $(PYTHON) .venv-compat
+	@.ci/system-packages $(LIBRARIES)
+	@.venv-compat/bin/pip install --quiet --disable-pip-version-check --no-compile \
+	    -e . -r tests/compat/requirements.txt
+	@.venv-compat/bin/pip uninstall --quiet -y opencv-python opencv-python-headless
+	@.venv-compat/bin/pip install --quiet --disable-pip-version-check --no-compile \
+	    opencv-python-headless
 	@touch $@

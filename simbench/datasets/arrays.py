@@ -40,6 +40,7 @@ _VEHICLES = (
     "positions",
     "headings",
 )
+_KNOWN_FOR_SOME = ("pitches", "speeds", "visible_fraction")
 
 
 def arrays_from_sequence(sequence: FilmedSequence) -> dict[str, NDArray[Any]]:
@@ -49,6 +50,9 @@ def arrays_from_sequence(sequence: FilmedSequence) -> dict[str, NDArray[Any]]:
     if truth.vehicles is not None:
         for name in _VEHICLES:
             arrays[f"vehicles.{name}"] = getattr(truth.vehicles, name)
+        for name in _KNOWN_FOR_SOME:
+            if getattr(truth.vehicles, name) is not None:
+                arrays[f"vehicles.{name}"] = getattr(truth.vehicles, name)
         arrays |= _mask_arrays(truth.vehicles.masks)
     return arrays | _camera_arrays(sequence.cameras)
 
@@ -69,6 +73,11 @@ def truth_from(
             vehicles=vehicles,
             masks=_masks_from(arrays),
             **{name: arrays[f"vehicles.{name}"] for name in _VEHICLES},
+            **{
+                name: arrays[f"vehicles.{name}"]
+                for name in _KNOWN_FOR_SOME
+                if f"vehicles.{name}" in arrays
+            },
         )
     return Truth(
         occluders=tuple(occluders),

@@ -6,6 +6,8 @@ A sequence is a folder::
     truth.npz           arrays over the T frames: target, all vehicles, masks, cameras
     sequence.json       everything else; written last, so a folder without it is
                         unfinished
+    depth/, flow/, ...  channels, where they were asked for, see
+                        `simbench.datasets.channels`
 
 Pictures are written one by one while they are made and read one by one when they are
 asked for; nothing holds them.
@@ -26,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.datasets.arrays import arrays_from_sequence, cameras_from, truth_from
+from simbench.datasets.channels import CHANNELS, channels_in, write_channels
 from simbench.datasets.frame_folder import FrameFolder, frame_path, write_frame
 from simbench.errors import DatasetError
 from simbench.frame import Frame
@@ -68,6 +71,7 @@ def write_sequence(folder: Path, sequence: Sequence) -> None:
     else:
         times = np.array([_write(folder, i, frame) for i, frame in enumerate(frames)])
     try:
+        write_channels(folder, sequence.channels)
         with written_whole(folder / "truth.npz") as temporary:
             with temporary.open("wb") as file:
                 arrays = arrays_from_sequence(sequence) | {"times": times}
@@ -125,6 +129,11 @@ def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
             scenario=facts["scenario"],
             digest=facts["digest"],
             redraws=facts["redraws"],
+            digests=dict(facts.get("digests", {})),
+            made_with=dict(facts.get("made_with", {})),
+            channels=channels_in(
+                folder, facts.get("channels", []), len(times), owner=owner
+            ),
         )
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise DatasetError(f"{folder}: damaged sequence: {error!r}") from None
@@ -143,6 +152,9 @@ def _description(sequence: Sequence) -> dict[str, Any]:
         "seed": sequence.seed,
         "digest": sequence.digest,
         "redraws": sequence.redraws,
+        "digests": dict(sequence.digests),
+        "made_with": dict(sequence.made_with),
+        "channels": [name for name in CHANNELS if name in sequence.channels],
         "requested": _dials_to_json(sequence.requested),
         "achieved": _dials_to_json(sequence.achieved),
         "scenario": None if sequence.scenario is None else dict(sequence.scenario),
