@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.box import area, clip
 from simbench.errors import RenderError
+from simbench.render.air import see_through_air
+from simbench.render.channels import ChannelRecorder
+from simbench.render.exposure import AutoExposure
 from simbench.render.pyrender_camera import PyrenderCamera
 from simbench.render.scene import build_scene, vehicle_poses
 from simbench.render.sensor import expose
@@ -29,13 +33,14 @@ _LEAST_PX = 6.0
 
 
 class TargetHiddenError(RenderError):
-    """The target is not in plain view in the first frame, where trackers start."""
+    """A vehicle hides the target in the first frame, where trackers start."""
 
 
 def film(
     stage: Stage,
     keep: Callable[[int, NDArray[np.uint8]], None],
     *,
+    channels: ChannelRecorder | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Truth:
     """Film a stage from the first to the last frame.
@@ -45,6 +50,8 @@ def film(
     stage : Stage
     keep : callable of (index, image)
         Takes each finished (H, W, 3) uint8 RGB picture; none is held here.
+    channels : ChannelRecorder, optional
+        Takes depth and flow, where they are wanted.
     progress : callable of (done, total), optional
 
     Returns
@@ -54,32 +61,46 @@ def film(
     Raises
     ------
     RenderError
-        If no OpenGL context opens, or the camera misses the target in the first frame.
+        If no OpenGL context opens, or the target is not in plain view in the first
+        frame.
     TargetHiddenError
-        If something stands in front of it there.
+        If it is a vehicle that hides it there.
     """
     scenario = stage.scenario
     imaging = scenario.imaging
     scene = build_scene(stage)
     trajectories = stage.trajectories
     recorder = TruthRecorder(scene, trajectories, imaging.samples)
+    exposure = AutoExposure(imaging.auto_exposure_s)
     with PyrenderCamera(
         scene, imaging.width_px, imaging.height_px, imaging.samples
     ) as machine:
         for index, camera in enumerate(stage.cameras):
             poses, present = vehicle_poses(trajectories, index)
-            shot = machine.shoot(camera, poses, present, trajectories.target)
+            gain = exposure.gain
+            shot = machine.shoot(
+                camera,
+                poses,
+                present,
+                trajectories.target,
+                want_depth=channels is not None,
+                gain=gain,
+            )
+            exposure.measure(shot.image, imaging.interval_s)
             if index == 0 and not shot.target_alone.any():
                 raise RenderError(
                     f"{scenario.name}: the camera does not see the target in the first "
                     "frame, where trackers are started: change camera.look_at, "
                     "camera.fov_rad or target.along_m"
                 )
-            recorder.add(shot, camera, poses)
+            recorder.add(shot, camera, poses, partial(machine.outline, camera, poses))
             if index == 0:
                 _require_plain_view(scenario, recorder)
+            if channels is not None:
+                channels.add(index, shot, camera, poses, imaging.samples)
             rng = generator(scenario, stage.seed, "sensor", index)
-            keep(index, expose(shot.image, imaging, rng))
+            image = see_through_air(stage, scene, shot, poses, present, index, gain)
+            keep(index, expose(image, imaging, rng))
             if progress is not None:
                 progress(index + 1, len(stage.cameras))
     return recorder.finish(imaging.width_px, imaging.height_px)
@@ -98,7 +119,8 @@ def _require_plain_view(scenario: Scenario, recorder: TruthRecorder) -> None:
             "camera.look_at, camera.fov_rad or target.along_m"
         )
     if fraction < _PLAIN_VIEW:
-        raise TargetHiddenError(
+        is_traffic = occluder == "vehicle"  # which another draw may not have there
+        raise (TargetHiddenError if is_traffic else RenderError)(
             f"{scenario.name}: a {occluder} hides the target in the first frame, where "
             f"trackers are started: wanted a visible fraction of {_PLAIN_VIEW:g} or "
             f"more, found {fraction:.2f}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numba
@@ -18,7 +19,10 @@ from simbench.render.vehicles import hull
 from simbench.sequence import Truth, VehicleTruth
 from simbench.trajectories import Trajectories
 
-__all__ = ["TruthRecorder", "amodal_boxes", "pixel_ids"]
+__all__ = ["Outline", "TruthRecorder", "amodal_boxes", "pixel_ids"]
+
+Outline = Callable[[NDArray[np.int64]], NDArray[np.bool_]]
+"""Draws vehicles alone, by index: the samples that they would cover."""
 
 
 @numba.njit(cache=True)
@@ -163,8 +167,24 @@ class TruthRecorder:
     _occluders: list[str] = field(default_factory=list)
     _masks: list[dict[int, Mask]] = field(default_factory=list)
 
-    def add(self, shot: Shot, camera: Camera, poses: NDArray[np.float64]) -> None:
-        """Take in the next frame."""
+    def add(
+        self,
+        shot: Shot,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        outline: Outline | None = None,
+    ) -> None:
+        """Take in the next frame.
+
+        Parameters
+        ----------
+        shot : Shot
+        camera : Camera
+        poses : (V, 4, 4) float
+        outline : callable of (N,) int to (S H, S W) bool, optional
+            Draws vehicles with nothing else there. Without, only the target's visible
+            fraction is known.
+        """
         boxes = amodal_boxes(camera, self.trajectories, poses)
         first, count = int(self.scene.ids[0]), len(self.scene.ids)
         extents = _extents(shot.ids, first, count)
@@ -183,6 +203,10 @@ class TruthRecorder:
             }
         )
         self._add_target(shot)
+        if outline is not None:
+            share = self._visible_fraction(boxes, extents[:, 0], outline)
+            share[self.trajectories.target] = self._fraction[-1]
+            self._rows[-1]["visible_fraction"] = share
         self._masks.append(_masks(pixel_ids(shot.ids, self.samples), first, count))
 
     @property
@@ -190,6 +214,31 @@ class TruthRecorder:
         """The target in the first frame: box (4,) px, visible fraction, occluder."""
         box = self._rows[0]["boxes"][self.trajectories.target]
         return box, self._fraction[0], self._occluders[0]
+
+    def _visible_fraction(
+        self,
+        boxes: NDArray[np.float64],
+        seen: NDArray[np.int64],
+        outline: Outline,
+    ) -> NDArray[np.float64]:
+        """Return the visible fraction of each vehicle, (V,).
+
+        Vehicles whose boxes are apart are drawn together: what is covered inside a box
+        is its vehicle's own.
+        """
+        share = np.zeros(len(boxes))
+        which = np.flatnonzero((seen > 0) & ~np.isnan(boxes[:, 0]))
+        low = np.maximum(np.floor(boxes[which, :2] * self.samples) - 1, 0)
+        high = np.ceil((boxes[which, :2] + boxes[which, 2:]) * self.samples) + 1
+        spots = np.hstack([low, high]).astype(np.int64)
+        for together in _apart(spots):
+            covered = outline(which[together])
+            for index, spot in zip(which[together], spots[together], strict=True):
+                left, top, right, bottom = spot
+                alone = np.count_nonzero(covered[top:bottom, left:right])
+                # at the near plane a sample may round either way
+                share[index] = seen[index] / max(alone, seen[index])
+        return share
 
     def _add_target(self, shot: Shot) -> None:
         identity = int(self.scene.ids[self.trajectories.target])
@@ -214,6 +263,8 @@ class TruthRecorder:
         ever[target] = True
         chosen = np.flatnonzero(ever)
         positions = self.trajectories.positions[:, chosen]
+        known = stacked.get("visible_fraction")
+        shares = None if known is None else known[:, chosen]
         vehicles = VehicleTruth(
             vehicles=tuple(self.trajectories.vehicles[index] for index in chosen),
             ids=self.scene.ids[chosen],
@@ -224,6 +275,9 @@ class TruthRecorder:
             positions=positions,
             headings=self.trajectories.headings[:, chosen],
             masks=tuple(self._masks),
+            pitches=self.trajectories.pitches[:, chosen],
+            speeds=self.trajectories.speeds[:, chosen],
+            visible_fraction=shares,
         )
         absent = np.array(self._covered) == 0
         boxes = np.where(absent[:, None], np.nan, stacked["boxes"][:, target])
@@ -243,6 +297,20 @@ class TruthRecorder:
             occluders=tuple(self._occluders),
             vehicles=vehicles,
         )
+
+
+def _apart(spots: NDArray[np.int64]) -> list[list[int]]:
+    """Sort rectangles, (N, 4) left, top, right, bottom, into groups without overlap."""
+    groups: list[list[int]] = []
+    for index, (left, top, right, bottom) in enumerate(spots.tolist()):
+        for group in groups:
+            x0, y0, x1, y1 = spots[group].T
+            if not np.any((left < x1) & (x0 < right) & (top < y1) & (y0 < bottom)):
+                group.append(index)
+                break
+        else:
+            groups.append([index])
+    return groups
 
 
 def _masks(ids: NDArray[np.uint16], first: int, count: int) -> dict[int, Mask]:

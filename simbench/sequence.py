@@ -42,6 +42,14 @@ class VehicleTruth:
     headings : (T, V) float, rad
     masks : tuple of T mapping from id to Mask
         Visible instance masks by frame; empty where they were not kept.
+    pitches : (T, V) float or None, rad
+        Slope of the road under the vehicle, nose up positive; NaN while off the road.
+        None where unknown, as are the next two.
+    speeds : (T, V) float or None, m/s
+        NaN while off the road.
+    visible_fraction : (T, V) float or None, in [0, 1]
+        As `Truth.visible_fraction`, for every vehicle. 0 where it does not project
+        into the image.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -53,6 +61,9 @@ class VehicleTruth:
     positions: NDArray[np.float64]
     headings: NDArray[np.float64]
     masks: tuple[Mapping[int, Mask], ...] = field(default=(), repr=False)
+    pitches: NDArray[np.float64] | None = None
+    speeds: NDArray[np.float64] | None = None
+    visible_fraction: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +132,16 @@ class Sequence:
         data.
     redraws : int
         Traffic draws thrown away before this one.
+    digests : mapping from str to str
+        SHA-256, as hex, of its ``trajectories``, ``truth``, ``ids`` and ``frames`` as
+        they were made, see `simbench.provenance`; empty where unknown.
+    made_with : mapping from str to str
+        Versions and devices that made it; empty where unknown.
+    channels : mapping from str to sequence of arrays
+        What was recorded beside the pictures, lazy as they are: ``depth`` (H, W)
+        float32, m along the optical axis, inf in the sky; ``flow`` (H, W, 2) float32,
+        px to the next frame, with the bool masks ``occlusions`` and ``invalid``, all
+        three one shorter than the frames. See `simbench.datasets.channels`.
     """
 
     name: str
@@ -136,6 +157,16 @@ class Sequence:
     scenario: Mapping[str, Any] | None = None
     digest: str = ""
     redraws: int = 0
+    digests: Mapping[str, str] = field(default_factory=dict)
+    made_with: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, collections.abc.Sequence[NDArray[Any]]] = field(
+        default_factory=dict
+    )
+
+    @property
+    def variant(self) -> str:
+        """Which of several scenarios of one name made it; empty where there is one."""
+        return str((self.scenario or {}).get("variant", ""))
 
     def __len__(self) -> int:
         """Return the number of frames T."""

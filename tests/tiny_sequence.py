@@ -53,6 +53,8 @@ def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequ
         scenario={"name": name, "frames": frames, "dials": {"displacement_px": 2.0}},
         digest="ab" * 32,
         redraws=1,
+        digests={"truth": "cd" * 32},
+        made_with={"opengl": "by hand"},
     )
 
 
@@ -89,4 +91,5 @@ def _vehicles(
         positions=np.stack([np.stack([steps, 0 * steps, 0 * steps], 1)] * 2, axis=1),
         headings=np.zeros((count, 2)),
         masks=tuple({1: Mask.from_array(p[..., 0] == 200)} for p in pictures),
+        speeds=np.full((count, 2), 25.0),
     )

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ def _film(*, samples: int = 2, want_depth: bool = False, **parts: Any) -> Filmed
             poses, present = vehicle_poses(stage.trajectories, index)
             target = stage.trajectories.target
             shot = machine.shoot(camera, poses, present, target, want_depth=want_depth)
-            recorder.add(shot, camera, poses)
+            recorder.add(shot, camera, poses, partial(machine.outline, camera, poses))
             shots.append(shot)
     return Filmed(stage, scene, shots, recorder.finish(width, height))
 
@@ -130,6 +131,33 @@ class TestFilmed:
             assert masks
             for identity, mask in masks.items():
                 assert np.array_equal(mask.to_array(), pixels == identity)
+
+    def test_every_vehicle_has_the_visible_fraction_it_would_have_as_the_target(
+        self,
+    ) -> None:
+        # Drawn together with those whose boxes are apart, or alone as the target is.
+        filmed = _film(**_BUSY)
+        vehicles = filmed.truth.vehicles
+        assert vehicles is not None and vehicles.visible_fraction is not None
+        stage, scene = filmed.stage, filmed.scene
+        poses, present = vehicle_poses(stage.trajectories, 0)
+        camera, ids = stage.cameras[0], filmed.shots[0].ids
+        hidden = 0
+        with PyrenderCamera(scene, camera.width, camera.height, 2) as machine:
+            for column, identity in enumerate(vehicles.ids.tolist()):
+                found = vehicles.visible_fraction[0, column]
+                if not present[identity - scene.ids[0]]:
+                    assert found == 0.0
+                    continue
+                which = np.array([identity - scene.ids[0]])
+                alone = machine.outline(camera, poses, which)
+                seen = np.count_nonzero(ids == identity)
+                assert found == (seen / alone.sum() if seen else 0.0)
+                hidden += 0.0 < found < 1.0
+        assert hidden >= 2
+        target = [v.name for v in vehicles.vehicles].index("target")
+        shares = vehicles.visible_fraction[:, target]
+        assert (shares == filmed.truth.visible_fraction).all()
 
     def test_depth_is_the_distance_along_the_axis(self) -> None:
         filmed = _film(want_depth=True, frames=2)

@@ -1,0 +1,68 @@
+"""The proof that a result can be had again: ``verify``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from simbench.cli.arguments import Jobs
+from simbench.cli.display import interruptible, progress_bar
+
+if TYPE_CHECKING:
+    from simbench.likeness import Finding
+
+__all__ = ["verify"]
+
+_ENOUGH_LINES = 20
+
+
+def verify(
+    place: Annotated[
+        str,
+        typer.Argument(metavar="DIR|RUN", help="Sequences, data set (or URL), or run."),
+    ],
+    jobs: Jobs = None,
+    sample: Annotated[
+        int | None,
+        typer.Option(min=1, help="Only so many sequences, evenly spread."),
+    ] = None,
+) -> None:
+    """Make recorded sequences anew and compare; exit 1 unless all are the same bytes.
+
+    Trajectories, truth, ids (instance masks) and frames are compared apart, in fresh
+    processes, and what differs is said with its first frame and how much.
+    """
+    from simbench.environment import core_count
+    from simbench.verifying import find_subjects
+    from simbench.verifying import verify as verify_all
+
+    console = Console()
+    subjects, total = find_subjects(place, sample)
+    with (
+        interruptible("nothing was changed"),
+        progress_bar(console) as progress,
+    ):
+        findings = verify_all(subjects, jobs=jobs or core_count(), progress=progress)
+    _print(console, findings, total)
+    raise typer.Exit(0 if all(finding.is_same for finding in findings) else 1)
+
+
+def _print(console: Console, findings: list[Finding], of: int) -> None:
+    for finding in findings:
+        if finding.is_same and len(findings) > _ENOUGH_LINES:
+            continue
+        style = None if finding.is_same else "red"
+        console.print(str(finding), style=style, highlight=False, soft_wrap=True)
+    elsewhere = {
+        (name, *pair)
+        for finding in findings
+        for name, pair in finding.elsewhere.items()
+    }
+    for name, there, here in sorted(elsewhere):
+        line = f"made with {name} {there or '?'}, here is {here or '?'}"
+        console.print(line, highlight=False, soft_wrap=True)
+    same = sum(finding.is_same for finding in findings)
+    count = f"{len(findings)} of {of}" if len(findings) < of else f"{of}"
+    console.print(f"{count} verified: {same} identical", highlight=False)
