@@ -50,11 +50,13 @@ def linear_depth(window: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def shadow_matrix(
-    to_sun: NDArray[np.float64], focus: NDArray[np.float64]
+    to_sun: NDArray[np.float64],
+    focus: NDArray[np.float64],
+    radius_m: float = SHADOW_RADIUS_M,
 ) -> NDArray[np.float64]:
     """Return the (4, 4) map from the road frame to the sun's clip space.
 
-    The map covers `SHADOW_RADIUS_M` around ``focus`` and moves in whole texels, so
+    The map covers ``radius_m`` around ``focus`` and moves in whole texels, so
     that shadows do not crawl.
     """
     forward = -to_sun
@@ -63,13 +65,13 @@ def shadow_matrix(
     up = np.cross(right, forward)
     rotation = np.stack([right, up, forward])
     middle = rotation @ focus
-    texel = 2.0 * SHADOW_RADIUS_M / SHADOW_TEXELS
+    texel = 2.0 * radius_m / SHADOW_TEXELS
     middle[:2] = np.round(middle[:2] / texel) * texel
     middle[2] = math.floor(middle[2])
-    reach = 4.0 * SHADOW_RADIUS_M  # tall things far towards the sun still cast
+    reach = 4.0 * radius_m  # tall things far towards the sun still cast
     clip = np.eye(4)
-    clip[:2, :3] = rotation[:2] / SHADOW_RADIUS_M
+    clip[:2, :3] = rotation[:2] / radius_m
     clip[2, :3] = rotation[2] / reach
-    clip[:2, 3] = -middle[:2] / SHADOW_RADIUS_M
+    clip[:2, 3] = -middle[:2] / radius_m
     clip[2, 3] = -middle[2] / reach
     return clip

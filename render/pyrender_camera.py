@@ -10,6 +10,7 @@ draw, and the target is drawn once more, alone, for its visible fraction.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from simbench.errors import RenderError
 from simbench.render import offscreen  # must come before pyrender: it sets the platform
 from simbench.render.batches import Instances, Terrain, meets_view
 from simbench.render.framebuffers import Framebuffers, grain_texture
+from simbench.render.lighting import Lighting
+from simbench.render.mesh import Mesh
 from simbench.render.projection import clip_matrix, shadow_matrix
 from simbench.render.scene import Scene
 from simbench.render.shader_programs import Program
@@ -76,10 +79,12 @@ class PyrenderCamera:
         self._scene = scene
         self._buffers = Framebuffers(width, height, samples)
         self._grain = grain_texture()
+        self._lighting = Lighting(scene)
+        having = self._lighting.defines
         self._programs = {
-            "ground": Program("scene.vert", "scene.frag", "GROUND"),
-            "standing": Program("scene.vert", "scene.frag", "STANDING"),
-            "vehicles": Program("scene.vert", "scene.frag", "VEHICLES"),
+            "ground": Program("scene.vert", "scene.frag", "GROUND", *having),
+            "standing": Program("scene.vert", "scene.frag", "STANDING", *having),
+            "vehicles": Program("scene.vert", "scene.frag", "VEHICLES", *having),
             "sky": Program("sky.vert", "sky.frag"),
             "bare": Program("bare.vert", "bare.frag"),
         }
@@ -113,9 +118,16 @@ class PyrenderCamera:
             instances.delete()
         for program in self._programs.values():
             program.delete()
+        self._lighting.delete()
         self._buffers.delete()
         GL.glDeleteTextures([self._grain])
         GL.glDeleteVertexArrays(1, [self._sky])
+
+    def put_up(self, standing: Mesh) -> None:
+        """Film other things in place of all that stands still in the scene."""
+        offscreen.make_current()
+        self._standing.delete()
+        self._standing = Terrain(standing)
 
     def shoot(
         self,
@@ -125,6 +137,7 @@ class PyrenderCamera:
         target: int,
         *,
         want_depth: bool = False,
+        gain: float = 1.0,
     ) -> Shot:
         """Take one picture.
 
@@ -140,21 +153,48 @@ class PyrenderCamera:
             Index of the target.
         want_depth : bool
             Read the depth back too.
+        gain : float
+            Brightens all light, as an exposure does.
         """
         offscreen.make_current()
         clip = clip_matrix(camera)
         focus = poses[target, :3, 3] if present[target] else camera.position
-        light_clip = shadow_matrix(self._scene.light.to_sun, focus)
+        light_clip = shadow_matrix(
+            self._scene.light.to_sun, focus, self._scene.shadow_radius_m
+        )
         if self._scene.light.shadows:
             self._place(poses, present, light_clip)
             self._draw_shadows(light_clip)
         self._place(poses, present, clip)
-        self._draw_scene(camera, clip, light_clip)
+        shared = self._lighting.uniforms(camera, poses, present, gain)
+        self._draw_scene(camera, clip, light_clip, shared)
         image, ids, depth = self._buffers.read(want_depth=want_depth)
-        self._draw_alone(poses, present, target, clip)
-        alone = self._buffers.read_ids() > 0
+        shown = np.full(int(present[target]), target)  # none or one
+        alone = self._draw_alone(poses, shown, clip)
         _raise_on_error()
         return Shot(image, ids, alone, depth)
+
+    def outline(
+        self, camera: Camera, poses: NDArray[np.float64], which: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Return the samples that some vehicles would cover if nothing else were there.
+
+        Parameters
+        ----------
+        camera : Camera
+        poses : (V, 4, 4) float
+        which : (N,) int
+            Indices of vehicles that are on the road.
+
+        Returns
+        -------
+        (S H, S W) bool
+            The same places as those of a shot's ids.
+        """
+        offscreen.make_current()
+        covered = self._draw_alone(poses, which, clip_matrix(camera))
+        _raise_on_error()
+        return covered
 
     def _place(
         self,
@@ -179,26 +219,17 @@ class PyrenderCamera:
             instances.draw()
 
     def _draw_scene(
-        self, camera: Camera, clip: NDArray[np.float64], light_clip: NDArray[np.float64]
+        self,
+        camera: Camera,
+        clip: NDArray[np.float64],
+        light_clip: NDArray[np.float64],
+        shared: dict[str, Any],
     ) -> None:
-        light = self._scene.light
         self._buffers.bind_picture()
-        shared = {
-            "eye": camera.position,
-            "to_sun": light.to_sun,
-            "sun": light.sun,
-            "ambient": light.ambient,
-            "ground": light.ground,
-            "zenith": light.zenith,
-            "horizon": light.horizon,
-            "glow": light.glow,
-            "haze": light.haze_per_m,
-            "lamps": light.lamps,
-        }
         drawing = {
             "view_projection": clip,
             "light_projection": light_clip,
-            "has_shadows": int(light.shadows),
+            "has_shadows": int(self._scene.light.shadows),
             "shadow_map": 0,
             "grain": 1,
         }
@@ -225,16 +256,17 @@ class PyrenderCamera:
     def _draw_alone(
         self,
         poses: NDArray[np.float64],
-        present: NDArray[np.bool_],
-        target: int,
+        which: NDArray[np.int64],
         clip: NDArray[np.float64],
-    ) -> None:
+    ) -> NDArray[np.bool_]:
         self._buffers.bind_ids_only()
-        if present[target]:
-            body = self._bodies[int(self._scene.body_of[target])]
-            body.place(poses[target : target + 1].astype(np.float32))
-            self._programs["bare"].use({"view_projection": clip})
+        self._programs["bare"].use({"view_projection": clip})
+        for number in np.unique(self._scene.body_of[which]).tolist():
+            body = self._bodies[number]
+            mine = which[self._scene.body_of[which] == number]
+            body.place(poses[mine].astype(np.float32))
             body.draw()
+        return self._buffers.read_ids() > 0
 
 
 def _unprojection(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:

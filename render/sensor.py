@@ -20,8 +20,10 @@ def expose(
     """Return the picture as the sensor and the file give it.
 
     In this order: lens blur, detail lost to low resolution, exposure (a gain on the
-    light, undone and redone through the display gamma of 2.2), noise (Gaussian, its
-    variance growing with the signal as photon noise does), JPEG.
+    light, undone and redone through the display gamma of 2.2), contrast (about the mean
+    level of each channel: what veils a picture does so before the sensor's noise, which
+    then weighs more), noise (Gaussian, its variance growing with the signal as photon
+    noise does), JPEG.
 
     Parameters
     ----------
@@ -45,6 +47,8 @@ def expose(
         levels = (np.arange(256) / 255.0) ** 2.2 * imaging.exposure
         table = np.clip(levels, 0.0, 1.0) ** (1 / 2.2) * 255.0
         picture = np.rint(table).astype(np.uint8)[picture]
+    if imaging.contrast != 1.0:
+        picture = _veil(picture, imaging.contrast)
     if imaging.noise > 0.0:
         levels = np.arange(256) / 255.0
         spread = imaging.noise * np.sqrt(_READ_SHARE + (1.0 - _READ_SHARE) * levels)
@@ -55,6 +59,17 @@ def expose(
     if imaging.jpeg_quality is not None:
         picture = _compress(picture, imaging.jpeg_quality)
     return picture
+
+
+def _veil(picture: NDArray[np.uint8], contrast: float) -> NDArray[np.uint8]:
+    mean = picture.mean(axis=(0, 1))
+    levels = np.arange(256)[:, None]
+    table = np.clip(np.rint(mean + contrast * (levels - mean)), 0, 255)
+    veiled = [
+        table[:, channel].astype(np.uint8)[picture[..., channel]]
+        for channel in range(3)
+    ]
+    return np.stack(veiled, axis=-1)
 
 
 def _lose_detail(picture: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:

@@ -19,12 +19,20 @@ __all__ = ["Program"]
 
 
 class Program:
-    """A shader program with its uniform locations looked up once."""
+    """A shader program with its uniform locations looked up once.
 
-    def __init__(self, vertex: str, fragment: str, define: str = "PLAIN") -> None:
+    Parameters
+    ----------
+    vertex, fragment : str
+        File names of the sources.
+    *defines : str
+        Names that the sources' conditions ask for.
+    """
+
+    def __init__(self, vertex: str, fragment: str, *defines: str) -> None:
         with tempfile.TemporaryDirectory(prefix="simbench-shaders-") as folder:
             paths = [
-                _complete(name, define, Path(folder)) for name in (vertex, fragment)
+                _complete(name, defines, Path(folder)) for name in (vertex, fragment)
             ]
             self._program = ShaderProgram(*paths)
             self._program._add_to_context()
@@ -56,13 +64,14 @@ class Program:
         self._program.delete()
 
 
-def _complete(name: str, define: str, folder: Path) -> str:
-    """Write a shader with its includes and one define in place; return its path."""
+def _complete(name: str, defines: tuple[str, ...], folder: Path) -> str:
+    """Write a shader with its includes and defines in place; return its path."""
     shaders = resources.files("simbench.render") / "shaders"
     text = (shaders / name).read_text(encoding="utf-8")
     common = (shaders / "light.glsl").read_text(encoding="utf-8")
     path = folder / name
     text = text.replace("//include light.glsl", common)
     version, rest = text.split("\n", 1)
-    path.write_text(f"{version}\n#define {define}\n{rest}", encoding="utf-8")
+    defined = "".join(f"#define {define}\n" for define in defines)
+    path.write_text(f"{version}\n{defined}{rest}", encoding="utf-8")
     return str(path)

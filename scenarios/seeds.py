@@ -10,7 +10,9 @@ from simbench.scenarios.schema import Scenario
 
 __all__ = ["Stream", "generator", "stream"]
 
-Stream = Literal["traffic", "looks", "scenery", "sensor", "vibration", "drops"]
+Stream = Literal[
+    "traffic", "looks", "scenery", "sensor", "vibration", "drops", "weather"
+]
 
 _NUMBERS: dict[Stream, int] = {
     "traffic": 1,
@@ -19,6 +21,7 @@ _NUMBERS: dict[Stream, int] = {
     "vibration": 4,
     "scenery": 5,
     "drops": 6,
+    "weather": 7,
 }
 
 
@@ -32,6 +35,7 @@ def _sequence(
         "sensor": scenario.seeds.sensor,
         "vibration": scenario.seeds.sensor,
         "drops": scenario.seeds.sensor,
+        "weather": scenario.seeds.sensor,
     }[name]
     chosen = seed if held is None else held
     return np.random.SeedSequence([chosen, _NUMBERS[name], *more])
@@ -49,8 +53,8 @@ def generator(
     seed : int
         Seed of the run, at least 0.
     name : Stream
-        Which stream. Scenery (trees, hills) goes with the looks' seed, vibration and
-        lost frames with the sensor's.
+        Which stream. Scenery (trees, hills) goes with the looks' seed, vibration,
+        lost frames and rain with the sensor's.
     *more : int
         Part of the stream, such as a frame's index.
     """

@@ -1,6 +1,8 @@
 #version 330 core
 // Compiled three times, for ground, standing things and vehicles (GROUND, STANDING,
-// VEHICLES): a software renderer pays for every branch, taken or not.
+// VEHICLES), and with what the scene has: lamps that light it (LAMPLIT), a wet road
+// (WET), a tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer pays for every
+// branch, taken or not; a clear day pays for none of these.
 //include light.glsl
 
 in vec3 world;
@@ -18,6 +20,24 @@ flat in int kind;
 uniform sampler2DShadow shadow_map;
 uniform sampler2D grain;
 uniform int has_shadows;
+
+#if defined(LAMPLIT)
+in vec2 in_lamp_map;
+in float above_wheels;
+uniform sampler2D lamp_map; // street, head and tail lamps; head lamps along the axis
+uniform vec3 lamp_axis;
+uniform float beams;
+const vec3 STREET = vec3(0.3, 0.21, 0.115), HEAD = vec3(1.0, 0.96, 0.86);
+const vec3 TAIL = vec3(0.16, 0.008, 0.006);
+#endif
+#if defined(TUNNEL)
+in vec2 in_cover;
+uniform sampler2D cover_map; // along, height of the road, daylight, tunnel's lamps
+uniform vec3 tunnel;         // from, to, and where the eye is along the road
+uniform float under;         // above that, things lie on the tunnel, not in it
+uniform float tunnel_lamps;
+const vec3 TUNNEL_LIGHT = vec3(0.06, 0.052, 0.039);
+#endif
 
 layout(location = 0) out vec4 picture;
 layout(location = 1) out uint instance_id;
@@ -53,7 +73,56 @@ void main() {
 
     float share = lit_share(slope);
     vec3 around = mix(ground, ambient, 0.5 + 0.5 * n.z);
+#if defined(TUNNEL)
+    vec4 cover = texture(cover_map, in_cover);
+    float below = world.z < cover.y + under ? 1.0 : 0.0;
+    float daylight = mix(1.0, cover.z, below);
+    vec3 inner_light = TUNNEL_LIGHT * (tunnel_lamps * cover.w * below);
+    share *= clamp((daylight - 0.6) / 0.4, 0.0, 1.0);
+    around = around * daylight + inner_light * (0.75 + 0.25 * n.z);
+#endif
+#if defined(LAMPLIT)
+    vec4 pool = texture(lamp_map, in_lamp_map);
+    float lit_by = beams;
+#if defined(TUNNEL)
+    lit_by = mix(tunnel_lamps, beams, daylight);
+    pool.r *= daylight;
+#endif
+#if defined(GROUND)
+    vec3 thrown = STREET * (pool.r * (0.45 + 0.55 * share)) + HEAD * pool.g;
+    thrown += TAIL * pool.b;
+#else
+    float facing_beam = max(-pool.a * dot(n, lamp_axis), 0.0);
+#if defined(VEHICLES)
+    float low = above_wheels * above_wheels / 1.4; // dipped: little above the bonnet
+    facing_beam *= 1.0 / (1.0 + low * low);
+    vec3 thrown = STREET * (pool.r * (0.3 + 0.7 * max(n.z, 0.0)));
+#else
+    facing_beam *= 0.5;
+    vec3 thrown = STREET * (pool.r * 0.4);
+#endif
+    thrown += HEAD * (2.2 * facing_beam) + TAIL * (0.5 * pool.b);
+#endif
+    around += thrown * lit_by;
+#endif
+#if defined(GROUND) && defined(WET)
+    float is_road = kind == ASPHALT ? 1.0 : 0.0;
+    colour *= mix(0.75, 0.5, is_road);
+#endif
     vec3 light = colour * (sun * (slope * share * 1.35) + around);
+#if defined(GROUND) && defined(WET)
+    // Water mirrors the sky by Schlick's fit, more in ruts and puddles; what is rough
+    // below it keeps the mirror from being one.
+    float away = 1.0 - max(dot(n, to_eye), 0.0);
+    float away2 = away * away;
+    float film_of_water = textureLod(grain, world.xy / vec2(110.0, 40.0), 4.0).r;
+    float water = is_road * (0.4 + 0.6 * smoothstep(0.42, 0.62, film_of_water));
+    vec3 mirrored = clear_sky(reflect(-to_eye, n));
+#if defined(TUNNEL)
+    mirrored = mirrored * daylight + inner_light;
+#endif
+    light += mirrored * (water * 0.75 * (0.02 + 0.98 * away2 * away2 * away));
+#endif
 
 #if defined(VEHICLES)
     float mirrors = kind == PAINT || kind == GLASS ? 1.0 : 0.0;
@@ -62,7 +131,12 @@ void main() {
     float strength = 0.05 + 0.55 * grazing * grazing;
     strength = mirrors * (kind == GLASS ? 0.9 * (strength + 0.1) : 0.55 * strength);
     vec3 bounce = reflect(-to_eye, n);
+#if defined(TUNNEL)
+    vec3 seen = bounce.z > 0.0 ? clear_sky(bounce) : ground;
+    light = mix(light, seen * daylight + inner_light, strength);
+#else
     light = mix(light, bounce.z > 0.0 ? clear_sky(bounce) : ground, strength);
+#endif
     float shine = max(dot(bounce, to_sun), 0.0);
     shine *= shine;
     shine *= shine;
@@ -71,10 +145,30 @@ void main() {
     light += sun * (mirrors * share * 0.7 * shine * shine);
 #endif
 #if !defined(GROUND)
+#if defined(TUNNEL)
+    float glowing = mix(tunnel_lamps, lamps, daylight);
+    light += kind == LAMP ? colour * (glowing * 1.6) : vec3(0.0);
+#else
     light += kind == LAMP ? colour * (lamps * 1.6) : vec3(0.0);
 #endif
+#endif
 
+#if defined(TUNNEL) // air inside is clear and dark: no haze on that part of the way
+    float way_in = min(max(tunnel.z, cover.x), tunnel.y);
+    way_in = clamp(way_in - max(min(tunnel.z, cover.x), tunnel.x), 0.0, distance_m);
+    float thick = haze * (distance_m - way_in);
+#else
     float thick = haze * distance_m; // 1 / (1 + t + t^2 / 2) stands for exp(-t): cheaper
+#endif
+#if defined(THICK_AIR)
+    // exp(-t) as 1 / exp(t / 8)^8, off by less than 0.001: exp costs a quarter of a frame
+    float eighth = min(thick, 80.0) / 8.0;
+    float dims = 1.0 + eighth * (1.0 + eighth * (0.5 + eighth / 6.0));
+    dims *= dims;
+    dims *= dims;
+    light = mix(horizon, light, 1.0 / (dims * dims));
+#else
     light = mix(horizon, light, 1.0 / (1.0 + thick * (1.0 + 0.5 * thick)));
+#endif
     picture = vec4(film(light), 1.0);
 }

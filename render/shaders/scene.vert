@@ -21,6 +21,15 @@ out vec3 albedo;
 out vec3 in_light;
 flat out uint identity;
 flat out int kind;
+#if defined(LAMPLIT)
+uniform mat4 to_lamp_map;
+out vec2 in_lamp_map;
+out float above_wheels;
+#endif
+#if defined(TUNNEL)
+uniform mat4 to_cover;
+out vec2 in_cover;
+#endif
 
 invariant gl_Position;
 
@@ -35,5 +44,12 @@ void main() {
     kind = int(surface.y + 0.5);
     vec4 lit = light_projection * vec4(world, 1.0);
     in_light = lit.xyz * 0.5 + 0.5;
+#if defined(LAMPLIT)
+    in_lamp_map = (to_lamp_map * vec4(world, 1.0)).xy;
+    above_wheels = world.z - instance[3].z;
+#endif
+#if defined(TUNNEL)
+    in_cover = (to_cover * vec4(world, 1.0)).xy;
+#endif
     gl_Position = view_projection * vec4(world, 1.0);
 }

@@ -72,6 +72,25 @@ def test_exposure_saturates_at_white(rng: np.random.Generator) -> None:
     assert expose(_flat(200), _sensor(exposure=9), rng).max() == 255
 
 
+def test_half_the_contrast_halves_deviations_from_the_mean(
+    rng: np.random.Generator,
+) -> None:
+    veiled = expose(_edge(), _sensor(contrast=0.5), rng)
+    assert (veiled[0, 0, 0], veiled[0, 99, 0]) == (70, 170)  # 20 and 220 about 120
+
+
+def test_no_contrast_is_the_mean_of_each_channel(rng: np.random.Generator) -> None:
+    picture = _edge()
+    picture[..., 2] = 40
+    assert np.unique(expose(picture, _sensor(contrast=0), rng)[..., :2]) == [120]
+    assert np.unique(expose(picture, _sensor(contrast=0), rng)[..., 2]) == [40]
+
+
+def test_noise_stays_when_contrast_falls(rng: np.random.Generator) -> None:
+    flat = expose(_flat(120), _sensor(contrast=0.1, noise=0.05), rng)
+    assert flat.std() > 5
+
+
 @pytest.mark.parametrize(
     "settings",
     [

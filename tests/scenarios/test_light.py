@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from simbench.scenarios.schema import Light, Scenario, Surroundings
+from simbench.scenarios.seeds import Stream, generator
+from tests.scenarios.stories import story
+
+
+def test_by_default_it_is_a_clear_day() -> None:
+    light = Light()
+    assert (light.time, light.weather, light.illumination) == ("day", "clear", 1.0)
+    assert Surroundings().tunnel is None
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        pytest.param({"time": "noon"}, id="time"),
+        pytest.param({"weather": "snow"}, id="weather"),
+        pytest.param({"fog_visibility_m": 1}, id="visibility"),
+        pytest.param({"rain_mm_per_h": 0}, id="rain"),
+        pytest.param({"illumination": 0}, id="illumination"),
+    ],
+)
+def test_light_that_cannot_be_is_refused(content: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError, match=next(iter(content))):
+        Light.model_validate(content)
+
+
+def test_a_tunnel_needs_a_length() -> None:
+    with pytest.raises(ValidationError, match="beyond from_m, got 50 to 40"):
+        Surroundings.model_validate({"tunnel": {"from_m": 50, "to_m": 40}})
+
+
+def _first(scenario: Scenario, name: Stream) -> float:
+    return float(generator(scenario, 0, name).random())
+
+
+def test_rain_has_a_stream_of_its_own_that_goes_with_the_sensor() -> None:
+    free, held = story(), story(seeds={"sensor": 9})
+    assert _first(free, "weather") != _first(free, "sensor")
+    assert _first(free, "weather") != _first(held, "weather")
+    assert _first(free, "traffic") == _first(held, "traffic")
+
+
+def test_streams_keep_their_numbers() -> None:
+    """Sequences made before a stream was added stay the same."""
+    names: tuple[Stream, ...] = (
+        "traffic",
+        "looks",
+        "sensor",
+        "vibration",
+        "scenery",
+        "drops",
+        "weather",
+    )
+    for number, name in enumerate(names, start=1):
+        expected = np.random.default_rng(np.random.SeedSequence([0, number])).random()
+        assert _first(story(), name) == expected
