@@ -77,6 +77,17 @@ class Mesh:
             self.surface,
         )
 
+    def tilted(self, angle: float) -> Mesh:
+        """Return it turned about x by ``angle`` [rad], from y towards z."""
+        cos, sin = math.cos(angle), math.sin(angle)
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
+        return Mesh(
+            (self.positions @ turn.T).astype(np.float32),
+            (self.normals @ turn.T).astype(np.float32),
+            self.colours,
+            self.surface,
+        )
+
     def with_id(self, number: int) -> Mesh:
         """Return it with an instance id at every corner."""
         surface = self.surface.copy()

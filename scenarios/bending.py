@@ -17,7 +17,7 @@ from simbench.scenarios.schema import Scenario
 from simbench.scenarios.seeds import generator
 from simbench.trajectories import LaneChange, Trajectories, Vehicle
 
-__all__ = ["STEP_S", "bend", "smooth_lane"]
+__all__ = ["STEP_S", "bend", "gradient", "sample", "smooth_lane"]
 
 STEP_S = 0.04
 """Time between rows of a recording in seconds; SUMO counts whole milliseconds."""
@@ -50,7 +50,7 @@ def bend(
         Draws thrown away before this one.
     """
     at = times / STEP_S
-    shown = ~np.all(np.isnan(_sample(recording["front"], at)), axis=0)
+    shown = ~np.all(np.isnan(sample(recording["front"], at)), axis=0)
     front, lane = recording["front"][:, shown], recording["lane"][:, shown]
     names: list[str] = recording["names"][shown].tolist()
     kinds = [_kind(name, scenario) for name in names]
@@ -66,18 +66,18 @@ def bend(
     turn = np.where(near, 0.0, np.pi)
     heading = line.heading_at(along) + turn + _drift(along, lateral, near)
     pitch = line.pitch_at(along) * np.where(near, 1.0, -1.0)
-    velocity = _gradient(places)
+    velocity = gradient(places)
     looks = generator(scenario, seed, "looks")
-    sampled = _sample(places, at)
+    sampled = sample(places, at)
     present = ~np.isnan(sampled[..., 0])
-    lanes = np.where(present, np.rint(np.nan_to_num(_sample(lane, at))), -1)
+    lanes = np.where(present, np.rint(np.nan_to_num(sample(lane, at))), -1)
     return Trajectories(
         times=times,
         vehicles=_vehicles(names, kinds, scenario, looks),
         positions=sampled,
-        headings=_sample(heading, at),
-        pitches=_sample(pitch, at),
-        speeds=np.linalg.norm(_sample(velocity, at), axis=-1),
+        headings=sample(heading, at),
+        pitches=sample(pitch, at),
+        speeds=np.linalg.norm(sample(velocity, at), axis=-1),
         lanes=lanes.astype(np.int64),
         target=names.index("target"),
         lane_changes=changes,
@@ -141,7 +141,7 @@ def smooth_lane(lane: NDArray[np.float64]) -> NDArray[np.float64]:
     return eased
 
 
-def _gradient(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def gradient(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the rate of change along axis 0 per second; one-sided next to NaN."""
     step = np.diff(values, axis=0) / STEP_S
     pad = np.full((1, *values.shape[1:]), np.nan)
@@ -158,11 +158,11 @@ def _drift(
 ) -> NDArray[np.float64]:
     """Return the angle [rad] between a vehicle's motion and its lane."""
     forward = np.where(near, 1.0, -1.0)
-    sideways, onward = _gradient(lateral) * forward, _gradient(along) * forward
+    sideways, onward = gradient(lateral) * forward, gradient(along) * forward
     return np.where(onward > 1.0, np.arctan2(sideways, np.maximum(onward, 1.0)), 0.0)
 
 
-def _sample(
+def sample(
     values: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Interpolate (T, ...) values linearly at fractional steps; NaN stays NaN."""

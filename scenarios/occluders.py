@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from simbench.camera import Camera
 from simbench.errors import ScenarioError
-from simbench.scenarios.road import RoadLine
+from simbench.scenarios.line import Line
 from simbench.scenarios.schema import Occluder, Scenario
 from simbench.trajectories import Trajectories
 
@@ -27,13 +28,19 @@ class PlacedOccluder:
     base : (3,) float, m
         Foot in the road frame.
     heading : float, rad
-        Direction of the road there, counter-clockwise from x.
+        Which way it stands, counter-clockwise from x: along the road; a sign on the
+        line of sight turns its back on the target, to be seen full face.
     width, height : float, m
         Of the part that hides: a pole's diameter, a sign's panel, a tree's crown, a
         gantry's beam (its depth), and the height of the whole.
     sight_height : float or None, m
         Height above the foot at which the line of sight passes; None where the
         occluder was placed on the map.
+    panel, rise : float, m
+        Height of a sign's panel, and how far its middle is from the line of sight,
+        square to its long side.
+    tilt : float, rad
+        Of a sign's panel, counter-clockwise as seen from behind it.
     """
 
     kind: str
@@ -42,11 +49,14 @@ class PlacedOccluder:
     width: float
     height: float
     sight_height: float | None
+    panel: float
+    rise: float
+    tilt: float
 
 
 def place_occluders(
     scenario: Scenario,
-    line: RoadLine,
+    line: Line,
     trajectories: Trajectories,
     cameras: tuple[Camera, ...],
 ) -> tuple[PlacedOccluder, ...]:
@@ -66,19 +76,31 @@ def place_occluders(
     )
 
 
-def _on_map(occluder: Occluder, line: RoadLine) -> PlacedOccluder:
+def _on_map(occluder: Occluder, line: Line) -> PlacedOccluder:
     along, lateral = occluder.along_m or 0.0, occluder.lateral_m or 0.0
     heading = float(line.heading_at(along))
     base = line.point(along, lateral)
     return PlacedOccluder(
-        occluder.kind, base, heading, occluder.width_m, occluder.height_m, None
+        occluder.kind,
+        base,
+        heading,
+        occluder.width_m,
+        occluder.height_m,
+        None,
+        _panel(occluder),
+        0.0,
+        occluder.tilt_rad,
     )
+
+
+def _panel(occluder: Occluder) -> float:
+    return 0.7 * occluder.width_m if occluder.panel_m is None else occluder.panel_m
 
 
 def _on_sight(
     number: int,
     scenario: Scenario,
-    line: RoadLine,
+    line: Line,
     trajectories: Trajectories,
     cameras: tuple[Camera, ...],
 ) -> PlacedOccluder:
@@ -106,11 +128,16 @@ def _on_sight(
     sight = eye + (body - eye) * (distance / reach)
     along, lateral = line.locate(sight[None])[0]
     base = line.point(along, lateral)
+    faces_camera = occluder.kind == "sign"
+    view = math.atan2(body[1] - eye[1], body[0] - eye[0])
     return PlacedOccluder(
         occluder.kind,
         base,
-        float(line.heading_at(along)),
+        view if faces_camera else float(line.heading_at(along)),
         occluder.width_m,
         occluder.height_m,
         float(sight[2] - base[2]),
+        _panel(occluder),
+        occluder.rise_m,
+        occluder.tilt_rad,
     )

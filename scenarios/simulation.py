@@ -22,13 +22,14 @@ from simbench.scenarios.schema import Scenario, told_lanes
 from simbench.scenarios.seeds import stream
 from simbench.trajectories import Trajectories
 
-__all__ = ["raise_if_failed", "simulate"]
+__all__ = ["raise_if_failed", "run_sumo", "simulate"]
 
 logger = logging.getLogger(__name__)
 
 _DRAWS = 20
 _PLAUSIBLE_BRAKING = 6.0  # m/s^2; harder is an emergency stop, not driving
 _TIMEOUT_S = 600.0
+_KEEP = 3
 
 
 def simulate(
@@ -62,7 +63,7 @@ def simulate(
     for attempt in range(skip, skip + _DRAWS):
         draw = stream(scenario, seed, "traffic", attempt)
         request = _request(scenario, line, draw, times)
-        recording = _run_sumo(request)
+        recording = _recorded(request)
         reason = _implausible(recording, request, scenario)
         if not reason:
             return bend(recording, scenario, line, seed, times, redraws=attempt)
@@ -76,7 +77,7 @@ def simulate(
 def _request(
     scenario: Scenario, line: RoadLine, seed: int, times: NDArray[np.float64]
 ) -> dict[str, Any]:
-    road, target = scenario.road, scenario.target
+    road, target = scenario.carriageway, scenario.target
     front = target.along_m + road.before_m + FLEET[target.vehicle_class].length / 2
     actors = [_actor("target", target, front, target.clear_m)]
     for number, stranger in enumerate(scenario.strangers):
@@ -126,12 +127,45 @@ def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, An
     }
 
 
-def _run_sumo(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """Run `simbench.scenarios.traffic` in a child process."""
+_kept: dict[str, dict[str, NDArray[Any]]] = {}
+"""The last recordings, under what made them; a solver asks for one many times over."""
+
+
+def _recorded(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    """Return the recording of a request, cut from a longer one where there is one.
+
+    SUMO steps forward only, so the first steps of a longer run are those of a shorter
+    one: cut or run anew, the recording is the same to the bit.
+    """
+    key = json.dumps(request | {"duration_s": None}, sort_keys=True)
+    steps = round(request["duration_s"] / STEP_S) + 2
+    kept = _kept.get(key)
+    if kept is None or len(kept["front"]) < steps:
+        kept = run_sumo("simbench.scenarios.traffic", request)
+        while len(_kept) >= _KEEP:
+            del _kept[next(iter(_kept))]
+        _kept[key] = kept
+    front, lane = kept["front"][:steps], kept["lane"][:steps]
+    came = ~np.all(np.isnan(front), axis=0)
+    return {
+        "names": kept["names"][came],
+        "front": front[:, came],
+        "lane": lane[:, came],
+        "collisions": kept["collisions"][: steps - 1],
+    }
+
+
+def run_sumo(module: str, request: dict[str, Any]) -> dict[str, NDArray[Any]]:
+    """Run a module that drives SUMO in a child process, and return its recording.
+
+    Raises
+    ------
+    TrafficError
+        With SUMO's own words, if it refuses, crashes or does not come to an end.
+    """
     with tempfile.TemporaryDirectory(prefix="simbench-traffic-") as folder:
         answer = Path(folder) / "recording.npz"
         # -P: a random.py in the user's directory must not stand in for the real one
-        module = "simbench.scenarios.traffic"
         program = [sys.executable, "-P", "-m", module, str(answer)]
         try:
             done = subprocess.run(
@@ -162,7 +196,7 @@ def _implausible(
     recording: dict[str, NDArray[Any]], request: dict[str, Any], scenario: Scenario
 ) -> str:
     """Say what is wrong with a draw, or nothing."""
-    if recording["collisions"] > 0:
+    if recording["collisions"].any():
         return "vehicles collided"
     names = recording["names"].tolist()
     column = names.index("target")

@@ -26,7 +26,7 @@ from simbench.scenarios.bending import STEP_S
 from simbench.scenarios.fleet import FLEET
 from simbench.scenarios.sumo_files import network_xml, types_xml
 
-__all__ = ["main"]
+__all__ = ["die_with_parent", "main"]
 
 _TOLD_CHANGES_ONLY = 256  # none of its own; told ones unless it would hit someone
 _ENTRY_M = 18.0
@@ -35,7 +35,7 @@ _COMFORTABLE = 2.0  # m/s^2, told changes of speed
 
 def main() -> int:
     """Run one request; 0 on success, 1 after writing why not to standard error."""
-    _die_with_parent()
+    die_with_parent()
     request = json.load(sys.stdin)
     answer = Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory(prefix="simbench-sumo-") as folder:
@@ -48,7 +48,7 @@ def main() -> int:
     return 0
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
     """Ask Linux to end this process when the one that started it is gone."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
@@ -213,7 +213,7 @@ def _record(
     steps = round(request["duration_s"] / STEP_S) + 2
     rows: list[tuple[int, int, float, float]] = []
     index: dict[str, int] = {}
-    collisions = 0
+    collisions = np.zeros(steps, dtype=np.int64)
     script = _Script(request["actors"])
     for step in range(steps):
         script.play(step * STEP_S)
@@ -228,7 +228,7 @@ def _record(
             break  # the story is over; the caller says why
         if step < steps - 1:
             _advance(carriageways)
-            collisions += libsumo.simulation.getCollidingVehiclesNumber()
+            collisions[step] = libsumo.simulation.getCollidingVehiclesNumber()
     table = np.array(rows, dtype=np.float64)
     at = table[:, 0].astype(np.int64), table[:, 1].astype(np.int64)
     front = np.full((steps, len(index)), np.nan)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Box", "area", "centers", "clip", "overlap"]
+__all__ = ["Box", "area", "centers", "clip", "gap", "overlap"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,3 +136,29 @@ def clip(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.floa
     gone = ~np.all(high > low, axis=-1)
     inside[gone] = np.nan
     return inside
+
+
+def gap(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance between the edges of boxes, 0 where they meet.
+
+    Parameters
+    ----------
+    first, second : (..., 4) float
+        ``left, top, width, height``; broadcast against each other.
+
+    Returns
+    -------
+    (...) float
+        NaN where either box is NaN.
+
+    Examples
+    --------
+    >>> float(gap(np.array([0.0, 0, 10, 10]), np.array([13.0, 14, 5, 5])))
+    5.0
+    """
+    low = np.maximum(first[..., :2], second[..., :2])
+    high = np.minimum(
+        first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:]
+    )
+    apart: NDArray[np.float64] = np.linalg.norm(np.maximum(low - high, 0.0), axis=-1)
+    return apart

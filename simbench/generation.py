@@ -5,28 +5,43 @@ from __future__ import annotations
 import hashlib
 import logging
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.datasets.channels import (
+    channels_in,
+    clear_channels,
+    require_known,
+    write_channel,
+)
 from simbench.datasets.native import FrameFolder, read_sequence, write_frame
 from simbench.datasets.native import write_sequence as write_description
 from simbench.errors import DatasetError
-from simbench.render.filming import TargetHiddenError, film
+from simbench.provenance import (
+    frame_digest,
+    frames_digest,
+    made_with,
+    trajectories_digest,
+    truth_digests,
+)
+from simbench.render.channels import ChannelRecorder
 from simbench.scenarios.dials import achieved_dials
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
-from simbench.sequence import Sequence, Truth
+from simbench.sequence import Sequence
+from simbench.takes import film_as_asked
 
-__all__ = ["film_in_view", "finished_sequence", "generate", "sequence_digest"]
+__all__ = [
+    "finished_sequence",
+    "generate",
+    "sequence_digest",
+]
 
 logger = logging.getLogger(__name__)
-
-_STARTS = 10
-"""Draws of the traffic in search of one that leaves the target in plain view."""
 
 
 def sequence_digest(scenario: Scenario, seed: int) -> str:
@@ -39,6 +54,7 @@ def generate(
     seed: int,
     out: Path | None = None,
     *,
+    channels: Iterable[str] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> Sequence:
     """Simulate, film and describe one sequence.
@@ -55,6 +71,9 @@ def generate(
         Folder to write to (made if missing); a sequence that stands there is replaced.
         By default a temporary folder that is removed when the sequence is no longer
         used.
+    channels : iterable of str
+        What to record beside the pictures, see `simbench.datasets.channels`: ``depth``,
+        ``flow``.
     progress : callable of (done, total), optional
         Called after every frame.
 
@@ -67,6 +86,8 @@ def generate(
     ------
     ScenarioError, TrafficError, RenderError
         If the story cannot be told, driven or filmed.
+    DatasetError
+        If the folder cannot be written, or a channel is not known.
     ValueError
         If ``seed`` is negative.
 
@@ -79,6 +100,7 @@ def generate(
     """
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
+    asked = require_known(channels)
     owner = None
     if out is None:
         owner = tempfile.TemporaryDirectory(prefix="simbench-sequence-")
@@ -86,11 +108,17 @@ def generate(
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
     _clear(out)
 
+    pictures: dict[int, bytes] = {}
+
     def keep(index: int, image: NDArray[np.uint8]) -> None:
+        pictures[index] = frame_digest(image)
         write_frame(out, index, image)
 
-    stage, truth = film_in_view(scenario, seed, keep, progress=progress)
-    imaging = scenario.imaging
+    recorder = ChannelRecorder(asked, partial(write_channel, out)) if asked else None
+    stage, truth = film_as_asked(
+        scenario, seed, keep, channels=recorder, progress=progress
+    )
+    imaging = stage.scenario.imaging
     sequence = Sequence(
         name=scenario.name,
         frames=FrameFolder(out, stage.trajectories.times),
@@ -101,56 +129,21 @@ def generate(
         cameras=stage.cameras,
         lane_changes=stage.trajectories.lane_changes,
         requested=scenario.dials.flat(),
-        achieved=achieved_dials(truth),
+        achieved=achieved_dials(truth, stage.scenario),
         scenario=scenario.model_dump(mode="json"),
         digest=sequence_digest(scenario, seed),
         redraws=stage.trajectories.redraws,
+        made_with=made_with(),
+        channels=channels_in(out, asked, len(stage.cameras)),
     )
+    digests = {
+        "trajectories": trajectories_digest(stage.trajectories),
+        **truth_digests(sequence),
+        "frames": frames_digest(pictures[index] for index in range(len(sequence))),
+    }
+    sequence = replace(sequence, digests=digests)
     write_description(out, sequence)
     return read_sequence(out, owner=owner)
-
-
-def film_in_view(
-    scenario: Scenario,
-    seed: int,
-    keep: Callable[[int, NDArray[np.uint8]], None],
-    *,
-    frames: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> tuple[Stage, Truth]:
-    """Film the first draw of the traffic that shows the target in the first frame.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    seed : int
-    keep : callable of (index, image)
-        Takes each finished picture, see `simbench.render.filming.film`.
-    frames : int, optional
-        Film the same story, but no further.
-    progress : callable of (done, total), optional
-
-    Returns
-    -------
-    stage : Stage
-        As far as it was filmed.
-    truth : Truth
-
-    Raises
-    ------
-    ScenarioError, TrafficError, RenderError
-        If the story cannot be told, driven or filmed.
-    """
-    skip = 0
-    for _ in range(_STARTS - 1):
-        stage = _start_of(set_stage(scenario, seed, skip=skip), frames)
-        try:
-            return stage, film(stage, keep, progress=progress)
-        except TargetHiddenError as error:
-            logger.info("seed %d: traffic drawn again: %s", seed, error)
-            skip = stage.trajectories.redraws + 1
-    stage = _start_of(set_stage(scenario, seed, skip=skip), frames)
-    return stage, film(stage, keep, progress=progress)
 
 
 def finished_sequence(folder: Path, scenario: Scenario, seed: int) -> Sequence | None:
@@ -169,19 +162,6 @@ def _clear(folder: Path) -> None:
     try:
         for path in [*old, *(folder / "frames").glob("[0-9]*.png")]:
             path.unlink(missing_ok=True)
+        clear_channels(folder)
     except OSError as error:
         raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None
-
-
-def _start_of(stage: Stage, frames: int | None) -> Stage:
-    whole = stage.trajectories
-    start = replace(
-        whole,
-        times=whole.times[:frames],
-        positions=whole.positions[:frames],
-        headings=whole.headings[:frames],
-        pitches=whole.pitches[:frames],
-        speeds=whole.speeds[:frames],
-        lanes=whole.lanes[:frames],
-    )
-    return replace(stage, trajectories=start, cameras=stage.cameras[:frames])

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.errors import DatasetError, ScenarioError
-from simbench.generation import film_in_view
 from simbench.scenarios.schema import Scenario
 from simbench.sequence import Truth
+from simbench.takes import film_in_view
 from simbench.writing import written_whole
 
 __all__ = ["draw_truth", "write_picture"]

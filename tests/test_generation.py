@@ -158,11 +158,3 @@ def test_a_finished_sequence_is_known_by_scenario_and_seed(tmp_path: Path) -> No
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 0, got -1"):
         _smoke(-1)
-
-
-def test_requested_and_achieved_stand_side_by_side() -> None:
-    scenario = story(dials={"displacement_px": 3, "target_px": 20})
-    sequence = simbench.generate(scenario, 0)
-    assert set(sequence.requested) <= set(sequence.achieved)
-    moves = sequence.truth.displacement_px[1:]
-    assert sequence.achieved["displacement_px"] == pytest.approx(np.median(moves))

@@ -6,12 +6,21 @@ camera's story begins; ``lateral_m`` is the distance to the left of the median's
 ``height_m`` is above the road surface there.
 """
 
-from simbench.scenarios.schema.dials import Dials, Occlusion
+from simbench.scenarios.schema.ball import Ball, Kick
+from simbench.scenarios.schema.dials import DIAL_NAMES, Dials, Distractors, Occlusion
 from simbench.scenarios.schema.light import Light
-from simbench.scenarios.schema.road import Place, Road, Section
+from simbench.scenarios.schema.road import (
+    Floor,
+    FloorPlan,
+    Place,
+    Road,
+    Section,
+    SumoRoad,
+)
 from simbench.scenarios.schema.scenario import Scenario, Seeds
-from simbench.scenarios.schema.scenery import Occluder, Surroundings
+from simbench.scenarios.schema.scenery import Occluder, Surroundings, Tunnel
 from simbench.scenarios.schema.traffic import (
+    Choice,
     Manoeuvre,
     Stranger,
     Target,
@@ -21,9 +30,16 @@ from simbench.scenarios.schema.traffic import (
 from simbench.scenarios.schema.view import Camera, Imaging
 
 __all__ = [
+    "DIAL_NAMES",
+    "Ball",
     "Camera",
+    "Choice",
     "Dials",
+    "Distractors",
+    "Floor",
+    "FloorPlan",
     "Imaging",
+    "Kick",
     "Light",
     "Manoeuvre",
     "Occluder",
@@ -34,8 +50,10 @@ __all__ = [
     "Section",
     "Seeds",
     "Stranger",
+    "SumoRoad",
     "Surroundings",
     "Target",
     "Traffic",
+    "Tunnel",
     "told_lanes",
 ]

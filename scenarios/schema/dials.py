@@ -1,30 +1,108 @@
-"""Effects asked for in the picture."""
+"""Effects asked for in the picture, whatever causes them in the world."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from pydantic import Field
 
 from simbench.scenarios.schema.strict import Strict
 
-__all__ = ["Dials", "Occlusion"]
+__all__ = ["DIAL_NAMES", "Dials", "Distractors", "Hider", "Occlusion"]
+
+Hider = Literal["pole", "tree", "gantry", "vehicle", "sign"]
 
 
 class Occlusion(Strict):
-    """How the target is meant to be hidden."""
+    """How the target is hidden; each time alike."""
 
-    hidden: float = Field(ge=0, le=1, description="Peak hidden share.")
-    frames: int = Field(ge=0, description="Frames with more than half hidden.")
+    hidden: float | None = Field(
+        default=None, ge=0, le=1, description="Peak hidden share of the target."
+    )
+    frames: int | None = Field(
+        default=None,
+        ge=0,
+        le=2000,
+        description="Frames of one occlusion with more than half its peak hidden.",
+    )
+    count: int | None = Field(default=None, ge=0, le=20, description="Occlusions.")
+    by: Hider | None = Field(
+        default=None,
+        description="What hides; null: what the scenario has there, a sign where "
+        "frames is given, else a pole.",
+    )
+
+
+class Distractors(Strict):
+    """Vehicles of the target's class and colour that pass it."""
+
+    count: int = Field(default=1, ge=0, le=6)
+    gap_px: float | None = Field(
+        default=None,
+        ge=0,
+        description="Least gap between the boxes must be at most this; 0: they meet.",
+    )
 
 
 class Dials(Strict):
-    """Effects the scenario aims at in the picture; set beside what was reached."""
+    """Effects the scenario asks for in the picture, set beside what was reached."""
 
-    displacement_px: float | None = Field(default=None, ge=0, description="Median.")
-    target_px: float | None = Field(default=None, gt=0, description="Median height.")
+    displacement_px: float | None = Field(
+        default=None, gt=0, description="Median move of the target between frames."
+    )
+    target_px: float | None = Field(
+        default=None, gt=0, description="Median height of the target's amodal box."
+    )
     occlusion: Occlusion | None = None
+    distractors: Distractors | None = None
+    contrast: float | None = Field(
+        default=None, ge=0, le=4, description="Of the picture about its mean."
+    )
+    illumination: float | None = Field(
+        default=None, gt=0, le=20, description="Light of the scene, 1 as it is."
+    )
+    vibration_px: float | None = Field(default=None, ge=0, le=50)
+    noise: float | None = Field(default=None, ge=0, le=0.5)
+    frame_rate_hz: float | None = Field(
+        default=None, gt=0, le=100, description="Of the frames kept."
+    )
+    resolution: int | None = Field(
+        default=None, ge=64, le=3840, description="Width of the picture in px."
+    )
+    jpeg_quality: int | None = Field(default=None, ge=1, le=100)
 
     def flat(self) -> dict[str, float]:
-        """Return the dials that were set, by dotted name."""
+        """Return the numbers that were asked for, by dotted name."""
         content = self.model_dump(exclude_none=True)
-        hiding = content.pop("occlusion", {})
-        return content | {f"occlusion.{name}": v for name, v in hiding.items()}
+        for group in ("occlusion", "distractors"):
+            parts = content.pop(group, {})
+            parts.pop("by", None)  # a name, not a number
+            content |= {f"{group}.{name}": value for name, value in parts.items()}
+        return content
+
+    def turned(self, settings: Mapping[str, Any]) -> Dials:
+        """Return the dials with some set to other values, by dotted name.
+
+        Raises
+        ------
+        ValueError
+            If a name is no dial's or a value out of range.
+        """
+        content = self.model_dump(exclude_none=True)
+        for name, value in settings.items():
+            if name not in DIAL_NAMES:
+                raise ValueError(
+                    f"{name!r} is no dial; there are {', '.join(DIAL_NAMES)}"
+                )
+            group, _, part = name.rpartition(".")
+            (content.setdefault(group, {}) if group else content)[part] = value
+        return Dials.model_validate(content)
+
+
+DIAL_NAMES: tuple[str, ...] = (
+    *(name for name in Dials.model_fields if name not in ("occlusion", "distractors")),
+    *(f"occlusion.{name}" for name in Occlusion.model_fields),
+    *(f"distractors.{name}" for name in Distractors.model_fields),
+)
+"""What `Dials.turned` can turn."""

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from simbench.scenarios.schema.strict import Strict
 
-__all__ = ["Occluder", "Surroundings"]
+__all__ = ["Occluder", "Surroundings", "Tunnel"]
 
 
 class Occluder(Strict):
@@ -23,8 +23,23 @@ class Occluder(Strict):
     lateral_m: float | None = None
     hides_at_s: float | None = Field(default=None, ge=0, le=600)
     distance_m: float | None = Field(default=None, gt=0.5, le=2000)
-    width_m: float = Field(default=0.3, gt=0.02, le=20, description="Of what hides.")
+    width_m: float = Field(default=0.3, gt=0.002, le=60, description="Of what hides.")
     height_m: float = Field(default=7.0, gt=0.1, le=40)
+    panel_m: float | None = Field(
+        default=None,
+        gt=0.01,
+        le=20,
+        description="Height of a sign's panel; null for 0.7 of its width.",
+    )
+    rise_m: float = Field(
+        default=0.0,
+        ge=-20,
+        le=20,
+        description="How far a sign is raised above the line of sight.",
+    )
+    tilt_rad: float = Field(
+        default=0.0, ge=-3.2, le=3.2, description="Of a sign's panel."
+    )
 
     @model_validator(mode="after")
     def _has_one_place(self) -> Self:
@@ -34,6 +49,22 @@ class Occluder(Strict):
         if placed == sighted or sum(value is not None for value in given) != 2:
             raise ValueError(
                 "give either along_m and lateral_m, or hides_at_s and distance_m"
+            )
+        return self
+
+
+class Tunnel(Strict):
+    """A stretch of the road under a hill, a tube for each direction."""
+
+    from_m: float = Field(ge=-3000, le=12_000, description="First portal, along.")
+    to_m: float = Field(ge=-3000, le=12_000, description="Last portal, along.")
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        if not 10 <= self.to_m - self.from_m <= 3000:
+            raise ValueError(
+                "to_m must be 10 to 3000 m beyond from_m, "
+                f"got {self.from_m:g} to {self.to_m:g}"
             )
         return self
 
@@ -49,3 +80,4 @@ class Surroundings(Strict):
         default=14, ge=0, le=200, description="From the road's edge to the trees."
     )
     season: Literal["summer", "autumn"] = "summer"
+    tunnel: Tunnel | None = Field(default=None, description="Both carriageways'.")

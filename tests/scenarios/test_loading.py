@@ -149,6 +149,16 @@ def test_shortened_leaves_out_what_would_hide_later() -> None:
     assert [occluder.along_m for occluder in cut.occluders] == [9]
 
 
+def test_shortened_asks_no_occlusion_of_what_is_left_out() -> None:
+    first = {"hides_at_s": 0.1, "distance_m": 9}
+    second = {"hides_at_s": 0.3, "distance_m": 9}
+    dials = {"target_px": 30, "occlusion": {"hidden": 0.5, "count": 2}}
+    whole = story(frames=9, occluders=[first, second], dials=dials)
+    assert whole.shortened(9).dials.flat()["occlusion.count"] == 2
+    assert whole.shortened(6).dials.flat() == {"target_px": 30, "occlusion.hidden": 0.5}
+    assert whole.shortened(2).dials.flat() == {"target_px": 30}
+
+
 def test_dials_that_are_not_set_are_not_requested() -> None:
     dials = {"occlusion": {"hidden": 0.5, "frames": 4}}
     flat = story(dials=dials).dials.flat()

@@ -1,0 +1,1 @@
+"""From effects to causes: what makes a story look as its dials ask."""

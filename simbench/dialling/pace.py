@@ -1,0 +1,168 @@
+"""Size and speed in the picture: from focal length, stride and frame rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simbench.box import centers
+from simbench.dialling.rehearsal import target_boxes, unseen
+from simbench.errors import ScenarioError
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
+
+__all__ = ["paced"]
+
+_CLOSE = 0.03
+"""Share of a dial within which it is not turned any further."""
+_LEAST_FRAMES = 8
+_MOST_FRAMES = 3000
+_FASTEST_HZ = 100.0
+_WIDEST, _NARROWEST = 2.4, 0.006  # rad, field of view
+_TURNS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What of the target's size and speed the picture shows."""
+
+    scenario: Scenario
+    displacement_px: float
+    target_px: float
+
+
+def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
+    """Return the story with stride, frame rate and focal length such as dials ask.
+
+    The story keeps its time span, so it is sampled in more frames or fewer. The height
+    of the target is reached by the focal length. Its displacement is reached by the
+    stride first, and then, finely, by the focal length, or, where ``target_px`` holds
+    that, by the frame rate; where ``frame_rate_hz`` holds the stride, by the focal
+    length alone. What is reached already is left as it is.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed, skip : int
+        See `simbench.scenarios.stage.set_stage`.
+
+    Raises
+    ------
+    ScenarioError
+        If the dials contradict each other; the message says what would have to give.
+    """
+    dials = scenario.dials
+
+    def look(told: Scenario) -> _Look:
+        boxes = target_boxes(set_stage(told, seed, skip=skip))
+        moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
+        if np.all(np.isnan(moves)):
+            raise unseen(scenario)
+        height = float(np.nanmedian(boxes[:, 3]))
+        return _Look(told, float(np.nanmedian(moves)), height)
+
+    if dials.displacement_px is None and dials.target_px is None:
+        return scenario
+    found = look(scenario)
+    if dials.target_px is not None:
+        found = _zoomed(found, "target_px", dials.target_px, look)
+    wanted = dials.displacement_px
+    if wanted is None or _is_close(found.displacement_px, wanted):
+        return found.scenario
+    if dials.frame_rate_hz is None:
+        found = _strided(found, wanted, look)
+    if not _is_close(found.displacement_px, wanted):
+        if dials.target_px is None:
+            found = _zoomed(found, "displacement_px", wanted, look)
+        elif dials.frame_rate_hz is None:
+            found = _rated(found, wanted, look)
+    _require_reached(found, scenario)
+    return found.scenario
+
+
+def _is_close(value: float, wanted: float) -> bool:
+    return abs(value - wanted) <= _CLOSE * wanted
+
+
+def _zoomed(
+    start: _Look, measure: str, wanted: float, look: Callable[[Scenario], _Look]
+) -> _Look:
+    """Change the focal length until a measure of the picture is as wanted."""
+    found = start
+    for _ in range(_TURNS):
+        value = getattr(found, measure)
+        if _is_close(value, wanted) or value <= 0:
+            break
+        camera = found.scenario.camera
+        focal = 1.0 / math.tan(camera.fov_rad / 2.0) * wanted / value
+        fov = float(np.clip(2.0 * math.atan(1.0 / focal), _NARROWEST, _WIDEST))
+        if fov == camera.fov_rad:
+            break
+        lens = camera.model_copy(update={"fov_rad": fov})
+        try:
+            found = look(found.scenario.model_copy(update={"camera": lens}))
+        except ScenarioError:
+            break  # so narrow that the target is out of the picture
+    return found
+
+
+def _strided(start: _Look, wanted: float, look: Callable[[Scenario], _Look]) -> _Look:
+    """Keep every so-manieth frame of the camera's rate, or raise the rate."""
+    story = start.scenario
+    rate, found = story.imaging.frame_rate_hz, start
+    for _ in range(_TURNS):
+        if found.displacement_px <= 0:
+            break
+        imaging = found.scenario.imaging
+        interval = imaging.interval_s * wanted / found.displacement_px
+        keep = max(1, round(interval * rate))
+        keep = min(keep, 100, math.floor(story.duration_s * rate / (_LEAST_FRAMES - 1)))
+        faster = rate if interval * rate > 0.75 else min(_FASTEST_HZ, 1.0 / interval)
+        faster = min(faster, _MOST_FRAMES / max(story.duration_s, 1e-9))
+        told = story.retimed(max(faster, rate), max(1, keep))
+        if told.imaging == imaging:
+            break
+        found = look(told)
+    return found
+
+
+def _rated(start: _Look, wanted: float, look: Callable[[Scenario], _Look]) -> _Look:
+    """Change the frame rate finely; the stride stays."""
+    found = start
+    for _ in range(_TURNS):
+        if _is_close(found.displacement_px, wanted) or found.displacement_px <= 0:
+            break
+        imaging = found.scenario.imaging
+        rate = imaging.frame_rate_hz * found.displacement_px / wanted
+        if not 0.6 < rate <= _FASTEST_HZ:
+            break
+        told = start.scenario.retimed(rate, imaging.keep_every)
+        if told.frames < _LEAST_FRAMES:
+            break
+        found = look(told)
+    return found
+
+
+def _require_reached(found: _Look, asked: Scenario) -> None:
+    """Name the conflict where a dial is out of reach."""
+    dials, imaging = asked.dials, found.scenario.imaging
+    reached, wanted = found.displacement_px, dials.displacement_px
+    if wanted is None or abs(reached - wanted) <= 0.1 * wanted:
+        return
+    rate = 1.0 / imaging.interval_s
+    held = {
+        "target_px": dials.target_px is not None,
+        "frame_rate_hz": dials.frame_rate_hz is not None,
+    }
+    holds = " and ".join(name for name, is_held in held.items() if is_held)
+    remedy = f"free {holds}" if holds else "move the camera, or change target.speed_mps"
+    if reached < wanted:
+        remedy += ", or make the story longer (frames)"
+    raise ScenarioError(
+        f"{asked.name}: displacement_px {wanted:g} cannot be reached: at {rate:.3g} Hz "
+        f"a target {found.target_px:.0f} px high moves {reached:.3g} px a frame, in "
+        f"{found.scenario.frames} frames: {remedy}"
+    )

@@ -1,0 +1,141 @@
+"""The solver: a story whose dials ask for effects becomes one that has them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simbench.dialling.company import accompanied
+from simbench.dialling.hiding import hidden_as_asked, middles, require_clear
+from simbench.dialling.overtaking import overtaken
+from simbench.dialling.pace import paced
+from simbench.dialling.rehearsal import Rehearsal
+from simbench.errors import ScenarioError
+from simbench.scenarios.dials import TOLERANCE, missed, occlusions_of, set_up
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
+
+__all__ = ["require_reached", "solved"]
+
+_LOOKS = 4
+_CLOSE = 0.025
+
+
+def solved(
+    scenario: Scenario, seed: int, *, skip: int = 0, correction: float = 0.0
+) -> Scenario:
+    """Return the story with causes for what its dials ask.
+
+    In this order: what dials set by themselves; focal length, stride and frame rate;
+    doubles that pass; occluders. What a story has already is left as it is, so a
+    scenario that states its dials truly is filmed as written. Same arguments, same
+    result.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed, skip : int
+        See `simbench.scenarios.stage.set_stage`.
+    correction : float
+        Added to the hidden share that is aimed at, where an earlier film missed it.
+
+    Returns
+    -------
+    Scenario
+        Its ``dials`` are those asked for still.
+
+    Raises
+    ------
+    ScenarioError
+        If the dials cannot be reached together; the message names the conflict.
+    """
+    ready = set_up(scenario)
+    ready = paced(ready, seed, skip)
+    ready = accompanied(ready)
+    asked = ready.dials.occlusion
+    if asked is None:
+        return ready
+    with Rehearsal(set_stage(ready, seed, skip=skip)) as rehearsal:
+        if asked.by is None and correction == 0.0 and _is_hidden(ready, rehearsal):
+            return ready
+        if asked.by != "vehicle":
+            return hidden_as_asked(rehearsal, asked, correction=correction)
+    return _overtaken(ready, seed, skip, correction)
+
+
+def _overtaken(scenario: Scenario, seed: int, skip: int, shift: float) -> Scenario:
+    """Let vehicles hide the target; drive it, look, and correct the aim."""
+    asked = scenario.dials.occlusion
+    assert asked is not None
+    goal = 1.0 if asked.hidden is None else asked.hidden
+    count = 1 if asked.count is None else asked.count
+    on_map = tuple(o for o in scenario.occluders if o.hides_at_s is None)
+    scenario = scenario.model_copy(update={"occluders": on_map})
+    with Rehearsal(set_stage(scenario, seed, skip=skip)) as rehearsal:
+        require_clear(rehearsal)
+        if goal == 0.0:
+            return scenario
+        for _ in range(_LOOKS):
+            aim = min(1.0, max(0.02, goal + shift))
+            told = scenario
+            for at in middles(rehearsal, count):
+                told = overtaken(rehearsal, told, aim, asked.frames, at)
+            with Rehearsal(set_stage(told, seed, skip=skip)) as driven:
+                found = occlusions_of(driven.hidden([], range(len(driven.boxes))))
+            if abs(found.peak - goal) <= _CLOSE:
+                break
+            shift += goal - found.peak
+    return told
+
+
+def _is_hidden(scenario: Scenario, rehearsal: Rehearsal) -> bool:
+    """Tell whether the story as written has the occlusions asked for."""
+    sighted = [o for o in scenario.occluders if o.hides_at_s is not None]
+    hidden = rehearsal.hidden(sighted, range(len(rehearsal.boxes)))
+    peak, frames, count = occlusions_of(hidden)
+    found = {
+        "occlusion.hidden": peak,
+        "occlusion.frames": frames,
+        "occlusion.count": float(count),
+    }
+    asked = scenario.dials.occlusion
+    only = scenario.dials.model_construct(occlusion=asked)
+    return bool(np.isfinite(peak)) and not missed(only, found)
+
+
+def require_reached(scenario: Scenario, achieved: dict[str, float]) -> None:
+    """Refuse a film whose truth does not show what was asked for.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With the dials asked for.
+    achieved : dict from str to float
+        See `simbench.scenarios.dials.achieved_dials`.
+
+    Raises
+    ------
+    ScenarioError
+        Naming the first dial that was missed, what was wanted and what came.
+    """
+    misses = missed(scenario.dials, achieved)
+    if not misses:
+        return
+    name = next(iter(misses))
+    share, number = TOLERANCE[name]
+    asked = scenario.dials.flat()[name]
+    raise ScenarioError(
+        f"{scenario.name}: dials.{name}: wanted {asked:g} within "
+        f"{share * asked + number:g}, the film shows {achieved[name]:.3g}: "
+        + _REMEDIES.get(name, "turn another dial, or change the story")
+    )
+
+
+_REMEDIES = {
+    "occlusion.hidden": "other things of the scene hide the target too (traffic, "
+    "guard rails, trees): raise the camera, or clear the view",
+    "occlusion.frames": "ask for occlusion.by: sign, or turn displacement_px",
+    "occlusion.count": "other things of the scene hide the target too, or occlusions "
+    "run into each other: ask for fewer, or make the story longer (frames)",
+    "distractors.count": "vehicles pass elsewhere than asked: widen "
+    "dials.distractors.gap_px, or make the story longer (frames)",
+}

@@ -1,0 +1,137 @@
+"""Occlusion to order: as much, as long and as often as dials ask."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simbench.dialling.rehearsal import Rehearsal
+from simbench.dialling.solving import solved
+from simbench.errors import ScenarioError
+from simbench.scenarios.dials import Hiding, occlusions_of
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
+from tests.dialling.roadside import roadside
+
+pytestmark = [pytest.mark.sumo, pytest.mark.gl]
+
+
+def _shown(scenario: Scenario) -> Hiding:
+    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+        sighted = [o for o in scenario.occluders if o.hides_at_s is not None]
+        frames = range(len(rehearsal.boxes))
+        return occlusions_of(rehearsal.hidden(sighted, frames))
+
+
+@pytest.mark.parametrize(
+    ("by", "hidden"), [("pole", 0.3), ("pole", 1.0), ("tree", 0.6), ("sign", 0.8)]
+)
+def test_the_peak_hidden_share_is_reached(by: str, hidden: float) -> None:
+    asked = roadside().with_dials({"occlusion.hidden": hidden, "occlusion.by": by})
+    told = solved(asked, 0)
+    assert [occluder.kind for occluder in told.occluders] == [by]
+    found = _shown(told)
+    assert found.peak == pytest.approx(hidden, abs=0.03)
+    assert found.number == 1
+
+
+def test_a_girder_hides_what_a_camera_sees_from_above() -> None:
+    above = {
+        "position": {"along_m": -30, "lateral_m": -8, "height_m": 9},
+        "look_at": {"along_m": 20, "lateral_m": -8, "height_m": 0},
+        "fov_rad": 0.5,
+    }
+    asked = roadside(camera=above).with_dials(
+        {"occlusion.hidden": 0.6, "occlusion.by": "gantry"}
+    )
+    assert _shown(solved(asked, 0)).peak == pytest.approx(0.6, abs=0.03)
+    low = roadside().with_dials({"occlusion.hidden": 0.6, "occlusion.by": "gantry"})
+    with pytest.raises(ScenarioError, match="a gantry hides what a camera sees from"):
+        solved(low, 0)
+
+
+@pytest.mark.parametrize(("hidden", "frames"), [(0.5, 18), (0.9, 24)])
+def test_a_sign_hides_a_share_for_a_time(hidden: float, frames: int) -> None:
+    asked = roadside().with_dials(
+        {"occlusion.hidden": hidden, "occlusion.frames": frames}
+    )
+    found = _shown(solved(asked, 0))
+    assert found.peak == pytest.approx(hidden, abs=0.03)
+    assert abs(found.frames - frames) <= 1
+
+
+def test_occlusions_come_as_often_as_asked() -> None:
+    asked = roadside(frames=50).with_dials(
+        {"occlusion.hidden": 0.4, "occlusion.count": 2, "displacement_px": 3.5}
+    )
+    found = _shown(solved(asked, 0))
+    assert found.number == 2
+    assert found.peak == pytest.approx(0.4, abs=0.03)
+
+
+def test_nothing_hides_where_nothing_is_asked_to() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(occluders=poles)
+    assert _shown(scenario).peak > 0.1
+    assert solved(scenario.with_dials({"occlusion.hidden": 0}), 0).occluders == ()
+
+
+def test_an_occluder_of_the_story_takes_another_width_and_keeps_its_place() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    asked = roadside(occluders=poles).with_dials({"occlusion.hidden": 0.7})
+    (pole,) = solved(asked, 0).occluders
+    assert (pole.hides_at_s, pole.distance_m) == (0.8, 10)
+    assert pole.width_m > 0.4
+
+
+def test_a_story_that_shows_what_is_asked_is_left_as_it_is() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(occluders=poles)
+    peak = round(_shown(scenario).peak, 2)
+    asked = scenario.with_dials({"occlusion.hidden": peak})
+    assert solved(asked, 0) is asked
+
+
+@pytest.mark.parametrize("hidden", [0.5, 0.95])
+def test_a_vehicle_drives_between_camera_and_target(hidden: float) -> None:
+    beside: dict[str, Any] = {
+        "position": {"along_m": 0, "lateral_m": 14, "height_m": 2.5},
+        "look_at": {"along_m": 0, "lateral_m": -8, "height_m": 1},
+        "motion": "follow",
+        "mount": "car",
+        "fov_rad": 0.8,
+    }
+    asked = roadside(frames=120, camera=beside).with_dials(
+        {"occlusion.hidden": hidden, "occlusion.by": "vehicle"}
+    )
+    told = solved(asked, 0)
+    assert len(told.strangers) == 1
+    assert _shown(told).peak == pytest.approx(hidden, abs=0.05)
+
+
+def test_a_time_too_short_for_any_edge_to_pass_is_named() -> None:
+    asked = roadside().with_dials({"occlusion.hidden": 0.5, "occlusion.frames": 3})
+    with pytest.raises(ScenarioError, match="frames 3 cannot be reached: the target"):
+        solved(asked, 0)
+
+
+def test_a_pole_that_hides_for_another_time_is_named() -> None:
+    asked = roadside().with_dials(
+        {"occlusion.hidden": 0.5, "occlusion.frames": 30, "occlusion.by": "pole"}
+    )
+    with pytest.raises(ScenarioError, match=r"wanted 30: ask for occlusion\.by: sign"):
+        solved(asked, 0)
+
+
+def test_the_rehearsal_sees_what_the_film_will_show() -> None:
+    from simbench.generation import generate
+
+    poles = [{"kind": "pole", "hides_at_s": 0.2, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(frames=9, occluders=poles)
+    filmed = 1.0 - generate(scenario, 0).truth.visible_fraction
+    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+        told = rehearsal.hidden(scenario.occluders, range(9))
+    assert filmed.max() > 0.1
+    assert np.abs(filmed - told).max() < 0.03
