@@ -12,9 +12,23 @@ import yaml
 from pydantic import ValidationError
 
 from simbench.errors import ScenarioError
+from simbench.scenarios.draw_schema import schema_with_draws
+from simbench.scenarios.draws import draws_in
 from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema.road import SITE_KINDS
+from simbench.scenarios.sumo_config import placed
+from simbench.scenarios.variants import KEY, apply_variant, variant_names
 
-__all__ = ["library", "load_scenario", "scenario_schema"]
+__all__ = [
+    "library",
+    "load_scenario",
+    "load_variants",
+    "mistake_line",
+    "names_of",
+    "raw_scenario",
+    "scenario_schema",
+    "variants_of",
+]
 
 
 @cache
@@ -34,7 +48,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     Parameters
     ----------
     name_or_path : str or Path
-        Name of a library scenario (see `library`), or path of a YAML file.
+        Name of a library scenario (see `library`), or path of a YAML file. After an
+        ``@``, one of its variants (see `variants_of`).
 
     Returns
     -------
@@ -49,22 +64,116 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     --------
     >>> load_scenario("smoke").name
     'smoke'
+    >>> load_scenario("car-rear-moving@extreme").variant
+    'extreme'
     """
-    text = str(name_or_path)
-    if text in _library():
-        path = _library()[text]
-    elif text.endswith((".yaml", ".yml")) or "/" in text:
-        path = Path(text)
-    else:
-        near = difflib.get_close_matches(text, library(), n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"there are {library()}"
-        raise ScenarioError(f"unknown scenario {text!r}: {hint}")
-    return _validated(_read_yaml(path), path)
+    path, _ = _found(str(name_or_path))
+    content = raw_scenario(name_or_path)
+    drawn = next(iter(draws_in(content, str(path))), None)
+    if drawn is not None:
+        raise ScenarioError(
+            f"{path}: {drawn} is drawn anew for each seed: only generate and show take "
+            f"such a file (in Python load_recipe), here it must be one value"
+        )
+    return _validated(content, path)
+
+
+def load_variants(name_or_path: str | Path) -> list[Scenario]:
+    """Read the scenarios that a name stands for: one, or with ``@all`` every variant.
+
+    Raises
+    ------
+    ScenarioError
+        As `load_scenario`; and where ``@all`` finds no variant.
+    """
+    return [load_scenario(name) for name in names_of(name_or_path)]
+
+
+def names_of(name_or_path: str | Path) -> list[str]:
+    """Return the name itself, or for one that ends with ``@all`` each variant's.
+
+    Raises
+    ------
+    ScenarioError
+        Where ``@all`` finds no variant.
+
+    Examples
+    --------
+    >>> names_of("smoke")
+    ['smoke']
+    """
+    base, _, variant = str(name_or_path).rpartition("@")
+    if not base or variant not in ("all", "*"):
+        return [str(name_or_path)]
+    names = variants_of(base)
+    if not names:
+        raise ScenarioError(f"{base}: has no variants: leave @{variant} out")
+    return [f"{base}@{name}" for name in names]
+
+
+def variants_of(name_or_path: str | Path) -> list[str]:
+    """Return the names of a scenario's variants, in its file's order.
+
+    Examples
+    --------
+    >>> variants_of("car-rear-moving")
+    ['standard', 'medium', 'extreme']
+    """
+    path, _ = _found(str(name_or_path))
+    return variant_names(_read_mapping(path), str(path))
+
+
+def raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
+    """Read a scenario file as it stands, its variant applied, not validated yet.
+
+    Parameters
+    ----------
+    name_or_path : str or Path
+        As for `load_scenario`.
+
+    Returns
+    -------
+    dict
+        A mapping of one's own to change.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, is no mapping, or has no such variant.
+    """
+    path, variant = _found(str(name_or_path))
+    content = apply_variant(_read_mapping(path), variant, str(path))
+    if isinstance(content.get("road"), dict):
+        content["road"] = placed(content["road"], path.parent)
+    return content
 
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors that complete YAML."""
-    return Scenario.model_json_schema()
+    schema = schema_with_draws(Scenario.model_json_schema())
+    schema["properties"][KEY] = {
+        "description": "The same story told otherwise: by name, the keys that change.",
+        "type": "object",
+        "additionalProperties": {"type": ["object", "null"]},
+    }
+    return schema
+
+
+def _found(text: str) -> tuple[Path, str]:
+    """Return the file that a name or path means, and the variant after the ``@``."""
+    if "@" in text and not Path(text).is_file():
+        text, _, variant = text.rpartition("@")
+        if not variant:
+            raise ScenarioError(f"{text}@: wanted a variant's name after the @")
+    else:
+        variant = ""
+    if text in _library():
+        return _library()[text], variant
+    if text.endswith((".yaml", ".yml")) or "/" in text:
+        return Path(text), variant
+    near = difflib.get_close_matches(text, library(), n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"there are {library()}"
+    raise ScenarioError(f"unknown scenario {text!r}: {hint}")
 
 
 class _Loader(yaml.SafeLoader):
@@ -98,27 +207,36 @@ def _read_yaml(path: Path) -> Any:
         raise ScenarioError(f"{path}: is not usable YAML: {error}") from error
 
 
-def _validated(content: Any, path: Path) -> Scenario:
+def _read_mapping(path: Path) -> dict[str, Any]:
+    content = _read_yaml(path)
     if not isinstance(content, dict):
         raise ScenarioError(
             f"{path}: wanted a mapping of keys to values, found "
             f"{type(content).__name__}"
         )
+    return content
+
+
+def _validated(content: dict[str, Any], path: Path) -> Scenario:
     try:
         return Scenario.model_validate(content)
     except ValidationError as error:
-        raise ScenarioError(_one_line(path, error)) from error
+        raise ScenarioError(mistake_line(path, error)) from error
 
 
-def _one_line(path: Path, error: ValidationError) -> str:
-    """Say the first mistake, and how many more there are."""
+def mistake_line(path: str | Path, error: ValidationError) -> str:
+    """Say the first mistake in one line, and how many more there are."""
     first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
+    key = ".".join(str(part) for part in first["loc"] if part not in SITE_KINDS)
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "extra_forbidden":
         message = "unknown key"
     if first["type"] == "missing":
         message = "is required but missing"
+    if first["type"] in ("model_type", "dict_type"):
+        message = "must hold keys and values"
+    if first["type"] == "tuple_type":
+        message = "must be a list"
     where = f"{path}: {key}" if key else f"{path}"
     value = first["input"]
     shown = "" if isinstance(value, dict | list) else f", found {str(value)[:60]!r}"

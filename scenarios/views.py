@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from simbench.camera import Camera
 from simbench.errors import ScenarioError
-from simbench.scenarios.road import RoadLine
+from simbench.scenarios.line import Line
+from simbench.scenarios.schema import Camera as View
 from simbench.scenarios.schema import Place, Scenario
 from simbench.trajectories import Trajectories
 
@@ -18,7 +19,7 @@ __all__ = ["camera_path"]
 
 def camera_path(
     scenario: Scenario,
-    line: RoadLine,
+    line: Line,
     trajectories: Trajectories,
     rng: np.random.Generator,
 ) -> tuple[Camera, ...]:
@@ -27,29 +28,26 @@ def camera_path(
     Parameters
     ----------
     scenario : Scenario
-    line : RoadLine
+    line : Line
     trajectories : Trajectories
-        Of the same scenario; a following camera keeps to its target.
+        Of the same scenario; a camera that follows or pans keeps to its target.
     rng : numpy.random.Generator
-        Source of the vibration.
+        Source of the vibration, and of where a wandering aim begins.
 
     Returns
     -------
     tuple of T Camera
     """
     view = scenario.camera
-    shift = np.zeros(len(trajectories.times))
-    if view.motion == "follow":
-        target = trajectories.positions[:, trajectories.target]
-        phase = 2.0 * math.pi * trajectories.times / view.sway_period_s
-        shift = line.locate(target)[:, 0] - view.sway_m * np.sin(phase)
-    eyes = _points(line, view.position, shift)
-    aims = _points(line, view.look_at, shift)
+    eye_shift, aim_shift = _shifts(view, line, trajectories)
+    eyes = _points(line, view.position, eye_shift)
+    aims = _points(line, view.look_at, aim_shift)
     if np.any(np.linalg.norm(eyes - aims, axis=-1) < 0.1):
         raise ScenarioError(
             f"{scenario.name}: camera.look_at must differ from camera.position"
         )
     shake = _shake(scenario, trajectories.times, rng)
+    shake[:, :2] += _wander(view, trajectories.times, rng)
     imaging = scenario.imaging
     cameras = []
     for eye, aim, (right, down, roll) in zip(eyes, aims, shake, strict=True):
@@ -71,9 +69,31 @@ def camera_path(
     return tuple(cameras)
 
 
+def _shifts(
+    view: View, line: Line, trajectories: Trajectories
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far along the road the camera and its aim have moved, (T,) m each."""
+    times = trajectories.times
+    still = np.zeros(len(times))
+    if view.motion == "still":
+        return still, still
+    if view.motion == "drive":
+        driven = (view.speed_mps or 0.0) * times
+        return driven, driven
+    target = line.locate(trajectories.positions[:, trajectories.target])[:, 0]
+    if view.motion == "pan":
+        return still, target
+    phase = 2.0 * math.pi * times / view.sway_period_s
+    follower = target - view.sway_m * np.sin(phase)
+    return follower, follower
+
+
 def _points(
-    line: RoadLine, place: Place, shift: NDArray[np.float64]
+    line: Line, place: Place, shift: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    if place.x_m is not None and place.y_m is not None:
+        spot = line.map_point(place.x_m, place.y_m, place.height_m)
+        return np.tile(spot, (len(shift), 1))
     return line.point(place.along_m + shift, place.lateral_m, place.height_m)
 
 
@@ -97,6 +117,23 @@ def _shake(
     # Roll is such that a corner of the picture moves a quarter of what its middle does.
     corner = math.hypot(scenario.imaging.width_px, scenario.imaging.height_px) / 2.0
     return shake * [scale, scale, scale / 4.0 / corner]
+
+
+def _wander(
+    view: View, times: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return how far a straying aim moves the picture: right and down [px], (T, 2).
+
+    The aim circles on an ellipse, as a hand that keeps overshooting does: it never
+    rests, so that every frame moves the picture.
+    """
+    if view.wander_px == 0:
+        return np.zeros((len(times), 2))
+    start = rng.uniform(0.0, 2.0 * math.pi)
+    phase = start + 2.0 * math.pi * times / view.wander_period_s
+    ellipse = np.stack([np.cos(phase), view.wander_shape * np.sin(phase)], axis=-1)
+    moved: NDArray[np.float64] = view.wander_px * ellipse
+    return moved
 
 
 def _small_rotation(about_x: float, about_y: float) -> NDArray[np.float64]:

@@ -17,7 +17,15 @@ from typing import Annotated
 import typer
 
 from simbench import __version__
-from simbench.cli import filming, gate, looking, running
+from simbench.cli import (
+    cataloguing,
+    filming,
+    gate,
+    looking,
+    running,
+    sweeping,
+    verifying,
+)
 from simbench.errors import SimbenchError
 
 __all__ = ["execute", "main"]
@@ -35,11 +43,14 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("run")(running.run)
+app.command("sweep")(sweeping.sweep)
 app.command("generate")(filming.generate)
 app.command("check")(gate.check)
 app.command("report")(running.report)
 app.command("list")(looking.list_all)
 app.command("show")(filming.show)
+app.command("catalogue")(cataloguing.catalogue)
+app.command("verify")(verifying.verify)
 app.command("doctor")(looking.doctor)
 app.command("schema")(looking.schema)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -9,15 +10,31 @@ import typer
 from simbench.errors import SimbenchError
 
 if TYPE_CHECKING:
+    from simbench.scenarios.recipe import Recipe
     from simbench.scenarios.schema import Scenario
     from simbench.trackers.finding import TrackerSpec
 
-__all__ = ["Frames", "Jobs", "Names", "Seeds", "scenarios_from", "trackers_from"]
+__all__ = [
+    "Cluster",
+    "Frames",
+    "Fresh",
+    "Jobs",
+    "Names",
+    "Out",
+    "Repetitions",
+    "Seeds",
+    "Timeout",
+    "Trackers",
+    "recipes_from",
+    "scenarios_from",
+    "trackers_from",
+]
 
 Names = Annotated[
     list[str],
     typer.Argument(
-        metavar="SCENARIO...", help="Names from 'simbench list', or YAML files."
+        metavar="SCENARIO...",
+        help="Names from 'simbench list', NAME@VARIANT, NAME@all, or YAML files.",
     ),
 ]
 Seeds = Annotated[
@@ -29,16 +46,44 @@ Jobs = Annotated[
         "--jobs", "-j", min=1, max=256, help="Processes at a time; default: all cores."
     ),
 ]
+Cluster = Annotated[
+    str,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Dask scheduler such as tcp://host:8786; its workers do the work.",
+    ),
+]
+Trackers = Annotated[
+    str, typer.Option(help="Names between commas; in full LABEL=NAME@PARAM=VALUE.")
+]
+Repetitions = Annotated[
+    int, typer.Option(min=1, help="Runs of each tracker on the same sequence.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Run folder; default: one in results/runs for this request."),
+]
+Timeout = Annotated[
+    float, typer.Option(help="Seconds one tracker may take over one sequence.")
+]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Do again what is done already.")]
 Frames = Annotated[
     int | None, typer.Option(min=2, help="Cut each scenario to this many frames.")
 ]
 
 
+def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
+    """Read scenarios that may hold draws, cut to ``frames`` where given."""
+    from simbench.scenarios.recipe import load_recipes
+
+    return [recipe.shortened(frames) for name in names for recipe in load_recipes(name)]
+
+
 def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]:
     """Read scenarios, cut to ``frames`` where given."""
-    from simbench.scenarios.loading import load_scenario
+    from simbench.scenarios.loading import load_variants
 
-    found = [load_scenario(name) for name in names]
+    found = [scenario for name in names for scenario in load_variants(name)]
     return tuple(s if frames is None else s.shortened(frames) for s in found)
 
 

@@ -18,12 +18,15 @@ _MARKS = {"ok": "ok     ", "missing": "MISSING", "absent": "absent "}
 
 def list_all() -> None:
     """List the scenarios with what they test, and the trackers."""
-    from simbench.scenarios.loading import library, load_scenario
+    from simbench.scenarios.loading import library, load_scenario, variants_of
     from simbench.trackers.finding import available_trackers
 
     console = Console()
     scenarios = [load_scenario(name) for name in library()]
-    rows = [(s.name, str(s.frames), s.tests) for s in scenarios]
+    rows = []
+    for s in scenarios:
+        names = [s.name, *(f"  @{variant}" for variant in variants_of(s.name))]
+        rows.append(("\n".join(names), str(s.frames), s.tests))
     print_table(console, ("scenario", "frames", "what it tests"), rows)
     print_table(console, ("tracker", "what it is"), available_trackers().items())
 

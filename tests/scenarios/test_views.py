@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from simbench.errors import ScenarioError
 from simbench.scenarios.schema import Scenario
@@ -93,3 +94,64 @@ def test_an_occluder_that_cannot_hide_is_an_error(
 ) -> None:
     with pytest.raises(ScenarioError, match=words):
         _stage(story(occluders=[occluder]))
+
+
+def _seen_target(stage: Stage) -> np.ndarray:
+    target = stage.trajectories.positions[:, stage.trajectories.target]
+    pairs = zip(stage.cameras, target, strict=True)
+    return np.stack([camera.project(place)[0] for camera, place in pairs])
+
+
+def test_a_panning_camera_stands_still_and_keeps_the_target_in_the_middle() -> None:
+    camera = {
+        "motion": "pan",
+        "position": {"along_m": 60, "lateral_m": -30, "height_m": 5},
+        "look_at": {"along_m": 0, "lateral_m": -7.25, "height_m": 0},
+    }
+    stage = _stage(story(frames=50, camera=camera))
+    assert np.ptp(_eyes(stage), axis=0) == pytest.approx([0, 0, 0], abs=1e-9)
+    # two lanes of 3.5 m: lane 0 lies at 1.5 + 0.5 + 1.5 * 3.5 m from the middle
+    middle = np.tile([80.0, 60.0], (50, 1))
+    assert _seen_target(stage) == pytest.approx(middle, abs=1e-6)
+
+
+def test_a_driving_camera_keeps_its_own_speed() -> None:
+    camera = {"motion": "drive", "speed_mps": 25}
+    eyes = _eyes(_stage(story(frames=26, camera=camera)))
+    assert np.diff(eyes[:, 0]) == pytest.approx(np.full(25, 1.0))  # 25 m/s * 0.04 s
+    assert np.ptp(eyes[:, 1:], axis=0) == pytest.approx([0, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        pytest.param({"motion": "drive"}, id="no speed to drive at"),
+        pytest.param({"motion": "pan", "speed_mps": 20}, id="a speed while panning"),
+    ],
+)
+def test_only_a_driving_camera_has_a_speed(camera: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match="speed_mps belongs to motion: drive"):
+        story(camera=camera)
+
+
+def test_a_wandering_aim_moves_the_picture_on_an_ellipse() -> None:
+    camera = {
+        "motion": "pan",
+        "position": {"along_m": 60, "lateral_m": -30, "height_m": 5},
+        "look_at": {"along_m": 0, "lateral_m": -7.25, "height_m": 0},
+        "fov_rad": 0.2,
+        "wander_px": 40,
+        "wander_shape": 0.5,
+        "wander_period_s": 2,
+    }
+    off = _seen_target(_stage(story(frames=51, camera=camera))) - [80.0, 60.0]
+    # 50 frames a period; the small-angle error of 40 px at a focal length of 797 px
+    # is below 40 * (40 / 797)**2 / 2 = 0.05 px
+    assert np.hypot(off[:, 0], off[:, 1] / 0.5) == pytest.approx(np.full(51, 40), 0.01)
+    assert off[50] == pytest.approx(off[0], abs=1e-6)
+
+
+def test_where_a_wandering_aim_begins_differs_by_seed() -> None:
+    camera = story().camera.model_dump() | {"wander_px": 40.0}
+    one, other = (_stage(story(camera=camera), seed).cameras[0] for seed in (0, 1))
+    assert not np.allclose(one.rotation, other.rotation)

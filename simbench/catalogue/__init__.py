@@ -1,0 +1,1 @@
+"""The catalogue: what scenarios look like and what they test, on one page."""

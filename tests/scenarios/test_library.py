@@ -1,0 +1,131 @@
+"""The scenarios that ship with simbench: each tests what it says it tests."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simbench.box import area, centers, clip
+from simbench.dialling.rehearsal import Rehearsal, target_boxes
+from simbench.scenarios.loading import (
+    library,
+    load_scenario,
+    load_variants,
+    variants_of,
+)
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
+
+FAST_MOTION = [
+    f"{what}-{side}-{camera}"
+    for what in ("car", "motorcycle")
+    for side in ("front", "rear", "above")
+    for camera in ("still", "moving")
+]
+LEVELS = {"standard": (0.0, 40.0), "medium": (20.0, 60.0), "extreme": (20.0, 100.0)}
+"""Moves of the target between frames [px]; DSP, section 4.1."""
+QUICK_LEVELS = [
+    ("car-front-still", "medium"),
+    ("motorcycle-above-still", "standard"),
+    ("motorcycle-rear-moving", "extreme"),
+]
+QUICK = ["smoke", "two-way-curve", "ball-bounce"]
+HIDES = {"overtaken-by-truck": 0.95, "cut-in": 0.9, "twins": 0.3}
+
+
+def _marked(
+    cases: Sequence[tuple[str, ...]], quick: Sequence[tuple[str, ...]]
+) -> list[Any]:
+    """Leave the quick ones to every run of the tests, and the rest to the slow one."""
+    return [
+        pytest.param(
+            *case, id="@".join(case), marks=() if case in quick else pytest.mark.slow
+        )
+        for case in cases
+    ]
+
+
+def _boxes(scenario: Scenario, seed: int) -> NDArray[np.float64]:
+    return target_boxes(set_stage(scenario, seed))
+
+
+@pytest.mark.parametrize("name", library())
+def test_a_scenario_is_the_same_each_time_it_is_read(name: str) -> None:
+    base = load_scenario(name)
+    assert (base.name, base.variant) == (name, "")
+    assert load_scenario(name).digest == base.digest
+    if variants_of(name):
+        told = load_variants(f"{name}@all")
+        assert [one.variant for one in told] == variants_of(name)
+        assert len({one.digest for one in told}) == len(told)
+
+
+@pytest.mark.parametrize("name", library())
+def test_a_scenario_says_in_a_line_what_it_tests(name: str) -> None:
+    scenario = load_scenario(name)
+    assert re.fullmatch(r"[A-Z0-9][^\n]{30,250}\.", scenario.tests)
+    assert scenario.tests.rstrip(".") != scenario.title
+
+
+def test_no_two_scenarios_share_a_title_or_what_they_test() -> None:
+    scenarios = [load_scenario(name) for name in library()]
+    for said in ("title", "tests"):
+        assert len({getattr(one, said) for one in scenarios}) == len(scenarios)
+
+
+def test_library_has_the_fast_motion_sequences_at_three_levels() -> None:
+    assert len(FAST_MOTION) == 12
+    for name in FAST_MOTION:
+        assert variants_of(name) == list(LEVELS)
+        standard = load_scenario(f"{name}@standard")
+        assert standard.model_copy(update={"variant": ""}) == load_scenario(name)
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize(
+    ("name", "level"),
+    _marked([(name, level) for name in FAST_MOTION for level in LEVELS], QUICK_LEVELS),
+)
+def test_moves_between_frames_are_those_of_the_level(name: str, level: str) -> None:
+    boxes = _boxes(load_scenario(f"{name}@{level}"), seed=0)
+    assert not np.isnan(boxes).any()
+    moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
+    low, high = np.quantile(moves, [0.05, 0.95])
+    least, most = LEVELS[level]
+    assert least <= low
+    assert high <= most
+    # it must use the range: fast motion starts at 20 px, and most of it is reached
+    assert np.mean(moves > 20.0) > 0.12
+    assert high > 0.65 * most
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize(
+    "name", _marked([(name,) for name in library()], [(name,) for name in QUICK])
+)
+def test_the_target_is_well_in_the_picture_where_trackers_start(name: str) -> None:
+    scenario = load_scenario(name)
+    boxes = _boxes(scenario, seed=0)
+    size = scenario.imaging.width_px, scenario.imaging.height_px
+    assert area(clip(boxes[:1], *size))[0] > 0.8 * area(boxes[:1])[0]
+    assert boxes[0, 2:].min() >= 9.0
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "peak"), HIDES.items())
+def test_other_vehicles_hide_the_target_and_let_it_come_back(
+    name: str, peak: float
+) -> None:
+    stage = set_stage(load_scenario(name), seed=0)
+    with Rehearsal(stage) as rehearsal:
+        hidden = rehearsal.hidden([], range(len(stage.cameras)))
+    assert hidden.max() >= peak
+    assert hidden[0] < 0.05
+    assert hidden[-1] < 0.05
