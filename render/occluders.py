@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from simbench.errors import RenderError
 from simbench.render.mesh import Mesh, box, cylinder, merge
 from simbench.render.surroundings import gantry, lamp_post, pole, sign
 from simbench.render.trees import tree
@@ -34,7 +35,9 @@ def occluder_body(
         scene changes with it.
     """
     width, height, sight = occluder.width, occluder.height, occluder.sight_height
-    if occluder.kind == "gantry" and isinstance(line, RoadLine):
+    if occluder.kind == "gantry":
+        if not isinstance(line, RoadLine):
+            raise RenderError("a gantry needs a dual carriageway to span")
         along, lateral = map(float, line.locate(occluder.base[None])[0])
         return (
             gantry_at(line, along, width)

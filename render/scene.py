@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.errors import RenderError
+from simbench.render.floor import floor_setting
+from simbench.render.lamplight import Lamps, gather_lamps
 from simbench.render.light import Illumination, illuminate
 from simbench.render.mesh import Mesh, merge
-from simbench.render.surroundings import (
-    gantry,
-    ground,
-    guard_rails,
-    hills,
-    lamp_post,
-    pole,
-    sign,
-)
-from simbench.render.trees import tree
+from simbench.render.network import network_setting
+from simbench.render.occluders import occluder_body
+from simbench.render.roadside import road_setting
+from simbench.render.setting import Setting
+from simbench.render.surroundings import hills
+from simbench.render.tunnel import Bore
 from simbench.render.vehicles import body
-from simbench.scenarios.occluders import PlacedOccluder
 from simbench.scenarios.road import RoadLine
-from simbench.scenarios.schema import Surroundings
+from simbench.scenarios.schema import Floor
 from simbench.scenarios.seeds import generator
 from simbench.scenarios.stage import Stage
 from simbench.trajectories import Trajectories
@@ -32,8 +29,7 @@ __all__ = ["FIRST_VEHICLE_ID", "Scene", "build_scene", "vehicle_poses"]
 
 FIRST_VEHICLE_ID = 1000
 _FIRST_OCCLUDER_ID = 100
-_KINDS = ("ground", "rail", "lamp", "gantry", "tree", "hill")
-_AHEAD_M, _BEHIND_M = 700.0, 60.0
+_KINDS = ("ground", "rail", "lamp", "gantry", "tree", "hill", "wall", "tunnel")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +55,11 @@ class Scene:
     labels : dict from int to str
         What every id other than a vehicle's is; 0 is the sky.
     light : Illumination
+    shadow_radius_m : float, m
+        How far around the target things cast shadows.
+    lamps : Lamps
+    tunnel : Bore or None
+        Its mesh is part of ``standing``.
     """
 
     ground: Mesh
@@ -70,6 +71,9 @@ class Scene:
     ids: NDArray[np.int64]
     labels: dict[int, str]
     light: Illumination
+    shadow_radius_m: float
+    lamps: Lamps
+    tunnel: Bore | None
 
 
 def build_scene(stage: Stage) -> Scene:
@@ -77,19 +81,15 @@ def build_scene(stage: Stage) -> Scene:
     scenario, line = stage.scenario, stage.line
     rng = generator(scenario, stage.seed, "scenery")
     eyes = np.stack([camera.position for camera in stage.cameras])
-    track = line.locate(eyes[:: max(1, len(eyes) // 50)])[:, 0]
-    first, last = float(track.min()), float(track.max())
-    looks_back = stage.cameras[0].rotation[2] @ _forward(line, first) < 0.0
-    behind, ahead = (_AHEAD_M, _BEHIND_M) if looks_back else (_BEHIND_M, _AHEAD_M)
-    start, end = first - behind, last + ahead
+    setting = _setting(stage, eyes, rng)
     season = scenario.surroundings.season
-    standing = _surroundings(line, scenario.surroundings, start, end, eyes, rng)
-    middle = line.point((first + last) / 2.0, 0.0)
+    standing = [_identified(mesh, kind) for kind, mesh in setting.standing]
     labels = {0: "sky"} | {number + 1: kind for number, kind in enumerate(_KINDS)}
     for number, occluder in enumerate(stage.occluders):
         identity = _FIRST_OCCLUDER_ID + number
         labels[identity] = occluder.kind
-        mesh = _occluder(occluder, line, season, rng)
+        own = generator(scenario, stage.seed, "scenery", number + 1)
+        mesh = occluder_body(occluder, line, season, own)
         standing.append(mesh.with_id(identity))
     kinds = [
         (v.vehicle_class, v.length, v.width, v.height)
@@ -98,120 +98,39 @@ def build_scene(stage: Stage) -> Scene:
     unique = list(dict.fromkeys(kinds))
     examples = [stage.trajectories.vehicles[kinds.index(kind)] for kind in unique]
     vehicles = stage.trajectories.vehicles
+    bodies = tuple(body(example) for example in examples)
+    posts = [m for m in standing if labels[int(m.surface[0, 0])] == "lamp"]
     return Scene(
-        ground=ground(line, start, end, season).with_id(_KINDS.index("ground") + 1),
+        ground=_identified(setting.ground, "ground"),
         standing=merge(standing),
-        distant=_identified(hills(middle, season, rng), "hill"),
-        bodies=tuple(body(example) for example in examples),
+        distant=_identified(hills(setting.middle, season, rng), "hill"),
+        bodies=bodies,
         body_of=np.array([unique.index(kind) for kind in kinds], dtype=np.int64),
         paints=np.array([v.colour for v in vehicles], dtype=np.float64) / 255.0,
         ids=FIRST_VEHICLE_ID + np.arange(len(vehicles), dtype=np.int64),
         labels=labels,
         light=illuminate(scenario.light),
+        shadow_radius_m=setting.shadow_radius_m,
+        lamps=gather_lamps(bodies, posts, on_camera=scenario.camera.mount == "car"),
+        tunnel=setting.tunnel,
     )
 
 
-def _forward(line: RoadLine, along_m: float) -> NDArray[np.float64]:
-    heading = float(line.heading_at(along_m))
-    return np.array([math.cos(heading), math.sin(heading), 0.0])
-
-
-def _surroundings(
-    line: RoadLine,
-    wanted: Surroundings,
-    start: float,
-    end: float,
-    eyes: NDArray[np.float64],
-    rng: np.random.Generator,
-) -> list[Mesh]:
-    parts = []
-    if wanted.guard_rails:
-        parts.append(_identified(guard_rails(line, start, end), "rail"))
-    if wanted.lamp_spacing_m is not None:
-        for along in _spots(start, end, wanted.lamp_spacing_m):
-            heading = float(line.heading_at(along))
-            for turn in (0.0, math.pi):
-                post = lamp_post().moved(line.point(along, 0.0), heading + turn)
-                parts.append(_identified(post, "lamp"))
-    if wanted.gantry_spacing_m is not None:
-        for along in _spots(start, end, wanted.gantry_spacing_m):
-            parts.append(_identified(_gantry_at(line, along), "gantry"))
-    if wanted.tree_spacing_m is not None:
-        for along in _spots(start, end, wanted.tree_spacing_m):
-            for side in (-1.0, 1.0):
-                place = along + rng.uniform(-0.4, 0.4) * wanted.tree_spacing_m
-                parts += _growth(line, wanted, place, side, eyes, rng)
-    return parts
-
-
-def _growth(
-    line: RoadLine,
-    wanted: Surroundings,
-    along_m: float,
-    side: float,
-    eyes: NDArray[np.float64],
-    rng: np.random.Generator,
-) -> list[Mesh]:
-    """Plant a tree and, before it or behind, a bush."""
-    parts = []
-    for kind in ("tree", "bush"):
-        out = line.edge_m + wanted.tree_lateral_m + rng.exponential(7.0)
-        base = line.point(along_m + rng.uniform(-3.0, 3.0), side * out, -0.5)
-        height = rng.uniform(6.0, 13.0) if kind == "tree" else rng.uniform(1.6, 3.2)
-        spread = rng.uniform(0.5, 0.75) if kind == "tree" else rng.uniform(1.0, 1.6)
-        near = float(np.min(np.linalg.norm(eyes - base, axis=-1)))
-        leaves = 260 if near < 60.0 else 60 if near < 140.0 else 24
-        mesh = tree(
-            height * spread,
-            height,
-            wanted.season,
-            rng,
-            leaves=leaves if kind == "tree" else leaves // 3,
-            crown_from_m=None if kind == "tree" else 0.2,
-        )
-        turned = mesh.moved(base, rng.uniform(0.0, 2.0 * math.pi))
-        parts.append(_identified(turned, "tree"))
-    return parts
+def _setting(
+    stage: Stage, eyes: NDArray[np.float64], rng: np.random.Generator
+) -> Setting:
+    scenario, line = stage.scenario, stage.line
+    if isinstance(scenario.road, Floor):
+        return floor_setting(scenario.road.floor, scenario.surroundings, eyes, rng)
+    if stage.network is not None:
+        return network_setting(stage, stage.network, eyes, rng)
+    if not isinstance(line, RoadLine):
+        raise RenderError(f"{scenario.name}: there is no road to film")
+    return road_setting(stage, line, eyes, rng)
 
 
 def _identified(mesh: Mesh, kind: str) -> Mesh:
     return mesh.with_id(_KINDS.index(kind) + 1)
-
-
-def _spots(start: float, end: float, spacing: float) -> NDArray[np.float64]:
-    """Return multiples of the spacing, so that they stay put as the view changes."""
-    numbers = np.arange(math.ceil(start / spacing), math.floor(end / spacing) + 1)
-    return numbers.astype(np.float64) * spacing
-
-
-def _gantry_at(line: RoadLine, along_m: float, beam_m: float = 0.9) -> Mesh:
-    """Span the near carriageway, from the outer edge to the median."""
-    right, left = -(line.edge_m + 1.0), -0.2
-    foot = line.point(along_m, right)
-    return gantry(left - right, beam_m=beam_m).moved(
-        foot, float(line.heading_at(along_m))
-    )
-
-
-def _occluder(
-    occluder: PlacedOccluder, line: RoadLine, season: str, rng: np.random.Generator
-) -> Mesh:
-    width, height, sight = occluder.width, occluder.height, occluder.sight_height
-    if occluder.kind == "gantry":
-        along = float(line.locate(occluder.base[None])[0, 0])
-        return _gantry_at(line, along, width)
-    if occluder.kind == "tree":
-        # A crown on the line of sight reaches from well below it to well above.
-        crown = None if sight is None else max(0.2, sight - width)
-        tall = height if sight is None else max(height, sight + width)
-        mesh = tree(width, tall, season, rng, leaves=220, crown_from_m=crown)
-    elif occluder.kind == "sign":
-        mesh = sign(width, height, sight)
-    elif occluder.kind == "lamp":
-        mesh = lamp_post(height)
-    else:
-        mesh = pole(width, height if sight is None else max(height, sight + 2.0))
-    return mesh.moved(occluder.base, occluder.heading)
 
 
 def vehicle_poses(

@@ -196,15 +196,14 @@ def pole(width_m: float, height_m: float) -> Mesh:
     return merge([shaft, foot])
 
 
-def sign(width_m: float, height_m: float, panel_height_m: float | None) -> Mesh:
-    """Make a sign on a post, facing against x; the panel's middle may be given."""
-    middle = (
-        max(height_m - width_m * 0.35, 0.5)
-        if panel_height_m is None
-        else (panel_height_m)
-    )
-    post = cylinder((0.06, 0, -0.5), (0.06, 0, middle), 0.06, _STEEL, sides=10)
-    return merge([post, _panel(0.0, 0.0, middle, width_m, width_m * 0.7)])
+def sign(
+    width_m: float, panel_m: float, middle: tuple[float, float], tilt_rad: float = 0.0
+) -> Mesh:
+    """Make a sign on a post, facing against x; its panel's middle is at y, z [m]."""
+    y, z = middle
+    post = cylinder((0.06, y, -0.5), (0.06, y, z), 0.06, _STEEL, sides=10)
+    panel = _panel(0.0, 0.0, 0.0, width_m, panel_m).tilted(tilt_rad)
+    return merge([post, panel.moved((0.0, y, z))])
 
 
 def _panel(x: float, y: float, z: float, width: float, height: float) -> Mesh:

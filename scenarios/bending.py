@@ -162,9 +162,7 @@ def _drift(
     return np.where(onward > 1.0, np.arctan2(sideways, np.maximum(onward, 1.0)), 0.0)
 
 
-def sample(
-    values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def sample(values: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
     """Interpolate (T, ...) values linearly at fractional steps; NaN stays NaN."""
     low = np.minimum(np.floor(at + 1e-9).astype(np.int64), len(values) - 2)
     part = np.clip(at - low, 0.0, 1.0).reshape(-1, *[1] * (values.ndim - 1))

@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simbench.camera import Camera
+from simbench.scenarios.balls import roll_balls
+from simbench.scenarios.line import Line
+from simbench.scenarios.network import Network
+from simbench.scenarios.network_drive import drive_network
 from simbench.scenarios.occluders import PlacedOccluder, place_occluders
 from simbench.scenarios.road import RoadLine
-from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema import Floor, Scenario, SumoRoad
 from simbench.scenarios.seeds import generator
 from simbench.scenarios.simulation import simulate
 from simbench.scenarios.views import camera_path
@@ -24,19 +28,24 @@ class Stage:
     ----------
     scenario : Scenario
     seed : int
-    line : RoadLine
+    line : Line
+        Along which the scenario's places are told.
     trajectories : Trajectories
         At the T times of the kept frames.
     cameras : tuple of T Camera
     occluders : tuple of PlacedOccluder
+    network : Network or None
+        The SUMO network it plays on, in coordinates of its own: the road frame begins
+        at ``line.map_origin``.
     """
 
     scenario: Scenario
     seed: int
-    line: RoadLine
+    line: Line
     trajectories: Trajectories
     cameras: tuple[Camera, ...]
     occluders: tuple[PlacedOccluder, ...]
+    network: Network | None = None
 
 
 def set_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
@@ -57,9 +66,23 @@ def set_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     TrafficError
         If no plausible traffic was found.
     """
-    line = RoadLine.from_road(scenario.road)
-    trajectories = simulate(scenario, line, seed, skip=skip)
+    line, trajectories, network = _play(scenario, seed, skip)
     rng = generator(scenario, seed, "vibration")
     cameras = camera_path(scenario, line, trajectories, rng)
     occluders = place_occluders(scenario, line, trajectories, cameras)
-    return Stage(scenario, seed, line, trajectories, cameras, occluders)
+    return Stage(scenario, seed, line, trajectories, cameras, occluders, network)
+
+
+def _play(
+    scenario: Scenario, seed: int, skip: int
+) -> tuple[Line, Trajectories, Network | None]:
+    """Let it happen where the scenario says."""
+    if isinstance(scenario.road, Floor):
+        plan = scenario.road.floor
+        reach = plan.length_m + plan.width_m + 1000.0
+        return Line.straight(reach), roll_balls(scenario, seed, skip=skip), None
+    if isinstance(scenario.road, SumoRoad):
+        drive = drive_network(scenario, seed, skip=skip)
+        return drive.line, drive.trajectories, drive.network
+    line = RoadLine.from_road(scenario.carriageway)
+    return line, simulate(scenario, line, seed, skip=skip), None

@@ -64,7 +64,8 @@ class LaneChange:
 class Trajectories:
     """Motion of V vehicles over T instants, in the road frame.
 
-    x points along the traffic at the origin, y to the left, z up. A vehicle's
+    x points along the traffic at the origin (on a SUMO network, as on its map), y to
+    the left, z up. A vehicle's
     position is the centre of its footprint on the road surface.
 
     Attributes

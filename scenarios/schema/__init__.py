@@ -3,7 +3,9 @@
 Places are given in road coordinates: ``along_m`` runs with the traffic, 0 where the
 camera's story begins; ``lateral_m`` is the distance to the left of the median's middle
 (so the carriageway of the target, which drives on the right, is negative);
-``height_m`` is above the road surface there.
+``height_m`` is above the road surface there. On a floor ``along_m`` begins at one end
+and ``lateral_m`` in the middle; on a SUMO network both follow the target's own way, 0
+where it is in frame 0, and places may be told in the network's ``x_m`` and ``y_m``.
 """
 
 from simbench.scenarios.schema.ball import Ball, Kick

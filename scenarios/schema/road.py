@@ -1,14 +1,28 @@
-"""Where it happens: the road, and places on it."""
+"""Where it happens: a road or a floor, and places there."""
 
 from __future__ import annotations
 
-from typing import Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from simbench.scenarios.schema.strict import Strict
+from simbench.scenarios.sumo_config import SumoFiles, located, placed, read_files
 
-__all__ = ["Place", "Road", "Section"]
+__all__ = [
+    "SITE_KINDS",
+    "Floor",
+    "FloorPlan",
+    "Place",
+    "Road",
+    "Section",
+    "Site",
+    "SumoRoad",
+]
+
+SITE_KINDS = ("<carriageway>", "<floor>", "<network>")
+"""Names of the kinds of site; they stand in pydantic's error places, not in files."""
 
 
 class Section(Strict):
@@ -49,9 +63,107 @@ class Road(Strict):
         return self.before_m + sum(section.length_m for section in self.sections)
 
 
+class FloorPlan(Strict):
+    """A floor; ``along_m`` begins at one end, ``lateral_m`` in the middle."""
+
+    length_m: float = Field(default=8, ge=1, le=100)
+    width_m: float = Field(default=6, ge=1, le=100)
+    pattern: Literal["tiles", "boards", "plain"] = "boards"
+    piece_m: float = Field(
+        default=0.5, ge=0.05, le=10, description="Side of a tile, width of a board."
+    )
+    wall_m: float = Field(
+        default=0.4, ge=0, le=20, description="Height of the walls; 0 for none."
+    )
+
+
+class Floor(Strict):
+    """A floor on which balls roll and bounce."""
+
+    floor: FloorPlan
+
+
+class SumoRoad(Strict):
+    """A SUMO network with its traffic, made elsewhere.
+
+    Paths are relative to the scenario file; ``library:NAME`` is one that ships here.
+    """
+
+    sumo: str = Field(description="A .sumocfg, or a .net.xml (with routes).")
+    routes: str | None = Field(default=None, description="Routes of a .net.xml.")
+    begin_s: float | None = Field(
+        default=None, ge=0, description="Of SUMO's clock; null as configured, or 0."
+    )
+    search_s: float = Field(
+        default=120, gt=0, le=3600, description="Driven in search of the target."
+    )
+    content: str = Field(
+        default="", description="SHA-256 of the files; filled in when they are read."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _reads_the_files(cls, told: Any) -> Any:
+        """Make paths absolute and take the files' digest, which enters the scenario's.
+
+        A scenario that was written down stays readable when the files are gone.
+        """
+        if not isinstance(told, dict) or not isinstance(told.get("sumo"), str):
+            return told
+        told = placed(told, Path())
+        routes = told.get("routes")
+        try:
+            files = read_files(
+                located(told["sumo"]),
+                located(routes) if isinstance(routes, str) else None,
+            )
+        except ValueError:
+            if told.get("content"):
+                return told
+            raise
+        return told | {"content": files.content}
+
+    @property
+    def files(self) -> SumoFiles:
+        """What SUMO is started with."""
+        routes = None if self.routes is None else located(self.routes)
+        return read_files(located(self.sumo), routes)
+
+
+def _kind_of_site(content: Any) -> str:
+    """Tell the kind by its key, so that mistakes are said about that kind only."""
+    keys = content if isinstance(content, dict) else ()
+    if isinstance(content, Floor) or "floor" in keys:
+        return "<floor>"
+    if isinstance(content, SumoRoad) or "sumo" in keys:
+        return "<network>"
+    return "<carriageway>"
+
+
+Site = Annotated[
+    Annotated[Road, Tag("<carriageway>")]
+    | Annotated[Floor, Tag("<floor>")]
+    | Annotated[SumoRoad, Tag("<network>")],
+    Discriminator(_kind_of_site),
+]
+
+
 class Place(Strict):
-    """A point in road coordinates."""
+    """A point in road coordinates, or at ``x_m`` and ``y_m`` on the map.
+
+    A place on the map stays where it is when the camera follows the target.
+    """
 
     along_m: float = 0.0
     lateral_m: float = 0.0
     height_m: float = Field(default=0.0, ge=0)
+    x_m: float | None = Field(default=None, description="Of a SUMO network: east.")
+    y_m: float | None = Field(default=None, description="Of a SUMO network: north.")
+
+    @model_validator(mode="after")
+    def _is_told_in_one_way(self) -> Self:
+        if (self.x_m is None) != (self.y_m is None):
+            raise ValueError("give x_m and y_m together")
+        if self.x_m is not None and (self.along_m or self.lateral_m):
+            raise ValueError("give either along_m and lateral_m, or x_m and y_m")
+        return self

@@ -12,7 +12,11 @@ from pydantic import Field, ValidationError, model_validator
 
 from simbench.errors import ScenarioError
 from simbench.scenarios.schema.dials import Dials
-from simbench.scenarios.schema.fitting import require_balls_fit, require_network_fits
+from simbench.scenarios.schema.fitting import (
+    require_balls_fit,
+    require_network_fits,
+    require_nothing_spans,
+)
 from simbench.scenarios.schema.light import Light
 from simbench.scenarios.schema.road import Floor, Road, Site, SumoRoad
 from simbench.scenarios.schema.scenery import Occluder, Surroundings
@@ -57,6 +61,8 @@ class Scenario(Strict):
 
     @model_validator(mode="after")
     def _fits_the_road(self) -> Self:
+        if not isinstance(self.road, Road):
+            require_nothing_spans(self.occluders, self.surroundings)
         if isinstance(self.road, Floor):
             require_balls_fit(
                 self.road.floor, self.target, self.traffic, self.strangers, self.last_s

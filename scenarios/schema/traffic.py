@@ -6,31 +6,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from simbench.scenarios.schema.ball import Ball
+from simbench.scenarios.schema.names import PaintName, RoadClass
 from simbench.scenarios.schema.strict import Strict
 
 __all__ = [
+    "Choice",
     "Manoeuvre",
-    "PaintName",
-    "RoadClass",
     "Stranger",
     "Target",
     "Traffic",
     "told_lanes",
 ]
-
-PaintName = Literal[
-    "white",
-    "silver",
-    "grey",
-    "black",
-    "red",
-    "blue",
-    "green",
-    "yellow",
-    "orange",
-    "brown",
-]
-RoadClass = Literal["car", "suv", "van", "truck", "trailer", "bus", "motorcycle"]
 
 
 class Traffic(Strict):
@@ -51,12 +38,37 @@ class Traffic(Strict):
     )
     warm_up_s: float = Field(default=15, ge=0, le=120)
     lane_change_s: float = Field(default=5, ge=1, le=12, description="Duration.")
+    balls: tuple[Ball, ...] = Field(
+        default=(), max_length=20, description="On a floor, beside the target."
+    )
 
     @model_validator(mode="after")
     def _mix_has_weight(self) -> Self:
         if self.density_per_km_lane > 0 and sum(self.mix.values()) <= 0:
             raise ValueError("mix must give some class a weight above 0")
         return self
+
+
+class Choice(Strict):
+    """Which vehicle of a SUMO network is the target, and when its story begins.
+
+    The story begins at the first instant at which all that is asked holds.
+    """
+
+    id: str | None = Field(default=None, description="Its name in SUMO.")
+    vehicle_class: RoadClass | None = None
+    colour: PaintName | None = Field(default=None, description="Or nearest to it.")
+    edge: str | None = Field(default=None, description="On which it is then.")
+    at_m: float = Field(default=0, ge=0, description="At least as far along its edge.")
+    lane: int | None = Field(default=None, ge=0, description="From the right.")
+    changes_lane: bool | None = Field(
+        default=None, description="Whether it begins to change lanes within within_s."
+    )
+    within_s: float = Field(default=5, gt=0, description="From the story's start.")
+    after_s: float = Field(default=0, ge=0, description="Not before, from the start.")
+    lasts_s: float | None = Field(
+        default=None, gt=0, description="On the road for as long; null for the story."
+    )
 
 
 class Manoeuvre(Strict):
@@ -74,7 +86,7 @@ class Manoeuvre(Strict):
 
 
 class Target(Strict):
-    """The vehicle to follow."""
+    """What to follow: a vehicle told here or found in a SUMO network, or a ball."""
 
     vehicle_class: RoadClass = "car"
     colour: PaintName = "red"
@@ -88,6 +100,39 @@ class Target(Strict):
         description="Road free of traffic around it in frame 0, all lanes its way.",
     )
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
+    ball: Ball | None = Field(default=None, description="On a floor, and alone.")
+    id: str | None = Field(
+        default=None, description="In a SUMO network, alone; short for choose: {id}."
+    )
+    choose: Choice | None = Field(
+        default=None, description="In a SUMO network, and alone."
+    )
+
+    @model_validator(mode="after")
+    def _is_told_in_one_way(self) -> Self:
+        for key in ("ball", "id", "choose"):
+            if getattr(self, key) is not None:
+                self._require_alone(key)
+        return self
+
+    def lasting(self, story_s: float) -> Self:
+        """Return the same target for a story cut short, found as for the whole one."""
+        choice = self.choice
+        if choice is None or choice.lasts_s is not None:
+            return self
+        lasting = choice.model_copy(update={"lasts_s": story_s})
+        return self.model_copy(update={"id": None, "choose": lasting})
+
+    @property
+    def choice(self) -> Choice | None:
+        """What was asked of a vehicle in a SUMO network."""
+        return self.choose if self.id is None else Choice(id=self.id)
+
+    def _require_alone(self, key: str) -> None:
+        """Refuse what would have no meaning beside a key."""
+        for name, field in type(self).model_fields.items():
+            if name != key and getattr(self, name) != field.default:
+                raise ValueError(f"{key} must stand alone, found {name} beside it")
 
 
 class Stranger(Strict):

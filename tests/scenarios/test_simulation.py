@@ -28,7 +28,7 @@ _BUSY = {
 
 
 def _drive(scenario: Scenario, seed: int = 0) -> Trajectories:
-    return simulate(scenario, RoadLine.from_road(scenario.road), seed)
+    return simulate(scenario, RoadLine.from_road(scenario.carriageway), seed)
 
 
 @cache
@@ -43,7 +43,7 @@ def _digest(trajectories: Trajectories) -> str:
 
 def test_the_target_starts_where_and_as_fast_as_told() -> None:
     drive = _drive(story())
-    line = RoadLine.from_road(story().road)
+    line = RoadLine.from_road(story().carriageway)
     assert drive.positions[0, drive.target] == pytest.approx(
         [40.0, float(line.lane_lateral(0)), 0.0], abs=1e-6
     )

@@ -1,0 +1,114 @@
+"""Ribbons along polylines and the inside of outlines, as triangles seen from above."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["dashes", "dotted", "offset", "triangulated"]
+
+_SHARPEST = 0.35  # cosine of half the sharpest corner that a ribbon follows to its tip
+
+
+def offset(shape: NDArray[np.float64], aside_m: float) -> NDArray[np.float64]:
+    """Move a polyline to its left, keeping its distance at corners.
+
+    Parameters
+    ----------
+    shape : (N, 3) float, m
+        N at least 2, no two neighbours equal.
+    aside_m : float, m
+        To the left in the plane; negative to the right.
+
+    Returns
+    -------
+    (N, 3) float, m
+    """
+    step = np.diff(shape[:, :2], axis=0)
+    normal = np.stack([-step[:, 1], step[:, 0]], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    before = np.concatenate([normal[:1], normal])
+    after = np.concatenate([normal, normal[-1:]])
+    mean = before + after
+    size = np.linalg.norm(mean, axis=-1, keepdims=True)
+    mean = np.where(size > 1e-9, mean / np.maximum(size, 1e-9), after)
+    reach = np.maximum(np.sum(mean * after, axis=-1, keepdims=True), _SHARPEST)
+    moved = shape.copy()
+    moved[:, :2] += aside_m * mean / reach
+    return moved
+
+
+def dashes(
+    shape: NDArray[np.float64], dash_m: float, gap_m: float
+) -> list[NDArray[np.float64]]:
+    """Cut a polyline into dashes.
+
+    Returns
+    -------
+    list of (K, 3) float, m
+        Polylines of ``dash_m`` each, ``gap_m`` apart; corners inside a dash are kept.
+    """
+    arc = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(shape, axis=0), axis=1))]
+    )
+    parts = []
+    for start in np.arange(gap_m / 2.0, arc[-1] - dash_m, dash_m + gap_m):
+        end = start + dash_m
+        at = np.concatenate([[start], arc[(arc > start) & (arc < end)], [end]])
+        parts.append(
+            np.stack([np.interp(at, arc, shape[:, axis]) for axis in range(3)], axis=1)
+        )
+    return parts
+
+
+def dotted(shape: NDArray[np.float64], every_m: float = 4.0) -> NDArray[np.float64]:
+    """Return (K, 3) points along a polyline, at most ``every_m`` apart."""
+    arc = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(shape, axis=0), axis=1))]
+    )
+    at = np.linspace(0.0, arc[-1], max(2, math.ceil(arc[-1] / every_m) + 1))
+    return np.stack([np.interp(at, arc, shape[:, axis]) for axis in range(3)], axis=1)
+
+
+def triangulated(outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cut the inside of an outline into triangles, by clipping ears.
+
+    Parameters
+    ----------
+    outline : (N, 3) float, m
+        Either way round, not closed; heights go along.
+
+    Returns
+    -------
+    (F, 3, 3) float, m
+        Counter-clockwise seen from above. An outline that crosses itself gives as many
+        triangles as could be cut.
+    """
+    points = outline[np.linalg.norm(outline - np.roll(outline, 1, 0), axis=1) > 1e-6]
+    x, y = points[:, 0], points[:, 1]
+    area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    ring = points if area > 0 else points[::-1]
+    triangles = []
+    while len(ring) >= 3:
+        ears = _ears(ring)
+        if not len(ears):
+            break
+        ear = int(ears[0])
+        triangles.append(ring[[ear - 1, ear, (ear + 1) % len(ring)]])
+        ring = np.delete(ring, ear, axis=0)
+    return np.array(triangles).reshape(-1, 3, 3)
+
+
+def _ears(ring: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the corners that bulge and have no other corner in their triangle."""
+    b = ring[:, :2]
+    a, c = np.roll(b, 1, axis=0), np.roll(b, -1, axis=0)
+    inside = np.ones((len(ring), len(ring)), dtype=np.bool_)
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge = (end - start)[:, None]
+        to = b[None] - start[:, None]
+        inside &= edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0] > 1e-12
+    bulges = (b - a)[:, 0] * (c - b)[:, 1] - (b - a)[:, 1] * (c - b)[:, 0] > 0.0
+    return np.flatnonzero(bulges & ~inside.any(axis=1))
