@@ -116,7 +116,7 @@ class Baseline:
         """
         if not reason.strip():
             raise DatasetError("a new baseline must state its reason, got none")
-        failed = scores.runs[scores.runs["status"] == "failed"]
+        failed = scores.runs[scores.runs["status"] != "ok"]
         if len(failed):
             run = failed.iloc[0]
             raise DatasetError(

@@ -191,7 +191,7 @@ def _is_other(before: list[str], now: list[str]) -> bool:
 
 def _faults(runs: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     """Return what to say of the rows of which a run failed."""
-    failed = runs[runs["status"] == "failed"]
+    failed = runs[runs["status"] != "ok"]
     said: dict[tuple[str, str, str], str] = {}
     for run in failed.itertuples():
         name = (str(run.scenario), str(run.variant), str(run.tracker))

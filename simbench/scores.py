@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from simbench import measures
+from simbench.score_rows import frame_table, measured
 from simbench.score_tables import (
     FRAME_TYPES,
     KEYS,
@@ -23,7 +22,7 @@ from simbench.score_tables import (
 from simbench.sequence import Sequence
 from simbench.tracker import Track
 
-__all__ = ["KEYS", "Scores", "score", "score_failure"]
+__all__ = ["KEYS", "Scores", "score", "score_failure", "score_unmade"]
 
 _RUNS_FILE: Final = "scores.parquet"
 _FRAMES_FILE: Final = "frames.parquet"
@@ -44,8 +43,9 @@ class Scores:
     ----------
     runs : DataFrame
         One row a run. ``scenario, variant, seed, tracker, repetition`` name it;
-        ``status`` is ``ok`` or ``failed``; ``requested.<dial>`` and
-        ``achieved.<dial>`` are those of the sequence, NaN where it has no such dial.
+        ``status`` is ``ok``, ``failed`` or ``unreachable`` (no sequence can be made as
+        the scenario asks); ``requested.<dial>`` and ``achieved.<dial>`` are those of
+        the sequence, NaN where it has no such dial.
         Then the measures over the scored frames (see `simbench.measures` for which
         those are): ``precision_20``, ``success_50``, ``success_auc``,
         ``norm_precision`` (at 0.2), all in [0, 1]; ``center_error_px``, the mean over
@@ -119,7 +119,6 @@ def score(
     *,
     tracker: str = "",
     repetition: int = 0,
-    variant: str = "",
 ) -> Scores:
     """Measure one track against the truth.
 
@@ -129,13 +128,11 @@ def score(
         Over the frames of ``sequence``.
     sequence : Sequence
         Its pictures are not looked at if ``sequence.frames`` has a ``times_s`` array;
-        else each frame is read once for its time.
+        else each frame is read once for its time. The variant is that of its scenario.
     tracker : str
         Label of the tracker.
     repetition : int
         Which of several runs on the same sequence.
-    variant : str
-        Which dial was turned; empty for the scenario as it stands.
 
     Returns
     -------
@@ -152,14 +149,14 @@ def score(
             f"track of {tracker or 'a tracker'} must have the {len(sequence)} frames "
             f"of {sequence.name}, got {len(track.boxes)}"
         )
-    keys = _keys(sequence.name, variant, sequence.seed, tracker, repetition)
-    frames = _frame_table(track, sequence, keys)
+    keys = _keys(sequence.name, sequence.variant, sequence.seed, tracker, repetition)
+    frames = frame_table(track, sequence, keys)
     row = {
         **keys,
         "status": "failed" if track.failures else "ok",
         **{f"requested.{dial}": value for dial, value in sequence.requested.items()},
         **{f"achieved.{dial}": value for dial, value in sequence.achieved.items()},
-        **_measured(frames),
+        **measured(frames),
         "reason": "; ".join(
             f"frame {failure.frame}: {failure.kind}: {failure.message}"
             for failure in track.failures
@@ -201,18 +198,59 @@ def score_failure(
         One row in ``runs``, none in ``frames``.
     """
     keys = _keys(scenario, variant, seed, tracker, repetition)
-    frames = typed(pd.DataFrame(columns=list(FRAME_TYPES)), FRAME_TYPES)
     lost = max(frame_count - 1, 0)
-    row = {
-        **keys,
-        "status": "failed",
-        **_measured(frames),
+    missed = {
         **dict.fromkeys(_SHARES, 0.0),
-        "reason": reason,
         "frames": frame_count,
         "frames_scored": lost,
         "frames_lost": lost,
         "center_error_median_px": np.inf,
+    }
+    return _without_frames(keys, "failed", reason, missed)
+
+
+def score_unmade(
+    *,
+    scenario: str,
+    seed: int | None,
+    tracker: str,
+    reason: str,
+    status: Literal["failed", "unreachable"],
+    repetition: int = 0,
+    variant: str = "",
+) -> Scores:
+    """Return the row of a run that has no sequence, which is no tracker's fault.
+
+    All measures are NaN: nothing was measured.
+
+    Parameters
+    ----------
+    scenario, seed, tracker, repetition, variant
+        Name of the run, as in `Scores.runs`.
+    reason : str
+        One line for the user.
+    status : {"failed", "unreachable"}
+        Whether filming failed, or the scenario asks for what cannot be.
+
+    Returns
+    -------
+    Scores
+        One row in ``runs``, none in ``frames``.
+    """
+    keys = _keys(scenario, variant, seed, tracker, repetition)
+    return _without_frames(keys, status, reason, dict.fromkeys(_SHARES, np.nan))
+
+
+def _without_frames(
+    keys: Mapping[str, Any], status: str, reason: str, told: Mapping[str, float]
+) -> Scores:
+    frames = typed(pd.DataFrame(columns=list(FRAME_TYPES)), FRAME_TYPES)
+    row = {
+        **keys,
+        "status": status,
+        **measured(frames),
+        **told,
+        "reason": reason,
         "track_seed": "",
         "digest": "",
         "redraws": 0,
@@ -225,74 +263,6 @@ def _keys(
 ) -> dict[str, Any]:
     named = (scenario, variant, pd.NA if seed is None else seed, tracker, repetition)
     return dict(zip(KEYS, named, strict=True))
-
-
-def _frame_table(
-    track: Track, sequence: Sequence, keys: Mapping[str, Any]
-) -> pd.DataFrame:
-    truth = sequence.truth
-    columns: dict[str, Any] = {
-        **keys,
-        "frame": np.arange(len(sequence)),
-        "time_s": _times(sequence),
-        **dict(zip(("left", "top", "width", "height"), track.boxes.T, strict=True)),
-        "confidence": track.confidence,
-        "particles": track.particles,
-        "seconds": track.seconds,
-        "center_error_px": measures.center_error(track.boxes, truth.boxes),
-        "norm_center_error": measures.norm_center_error(track.boxes, truth.boxes),
-        "overlap": measures.frame_overlap(track.boxes, truth.boxes),
-        "truth_left": truth.boxes[:, 0],
-        "truth_top": truth.boxes[:, 1],
-        "truth_width": truth.boxes[:, 2],
-        "truth_height": truth.boxes[:, 3],
-        "visible_fraction": truth.visible_fraction,
-        "absent": truth.absent,
-        "occluder": list(truth.occluders),
-        "scored": measures.scored_frames(truth.absent),
-    }
-    return typed(pd.DataFrame(columns), FRAME_TYPES)
-
-
-def _times(sequence: Sequence) -> NDArray[np.float64]:
-    """Return the times of the frames [s], without reading pictures where possible."""
-    known = getattr(sequence.frames, "times_s", None)
-    if known is not None:
-        return np.asarray(known, dtype=np.float64)
-    return np.array([frame.time_s for frame in sequence.frames])
-
-
-def _measured(frames: pd.DataFrame) -> dict[str, float]:
-    """Compute every measure of one run from its frames."""
-    scored = frames[frames["scored"]]
-    errors = scored["center_error_px"].to_numpy()
-    norm_errors = scored["norm_center_error"].to_numpy()
-    overlaps = scored["overlap"].to_numpy()
-    found = errors[np.isfinite(errors)]
-    seconds = frames["seconds"].to_numpy()
-    updates = seconds[1:][np.isfinite(seconds[1:])]
-    least, mean = measures.particle_usage(
-        frames["particles"].to_numpy(), frames["left"].notna().to_numpy()
-    )
-    return {
-        "precision_20": measures.precision(errors),
-        "success_50": measures.success(overlaps),
-        "success_auc": measures.success_area(overlaps),
-        "norm_precision": measures.norm_precision(norm_errors),
-        "norm_precision_area": measures.norm_precision_area(norm_errors),
-        "center_error_px": float(found.mean()) if found.size else np.nan,
-        "center_error_median_px": float(np.median(errors)) if errors.size else np.nan,
-        "fps": measures.frames_per_second(seconds),
-        "particles_min": least,
-        "particles_mean": mean,
-        "frames": len(frames),
-        "frames_scored": len(scored),
-        "frames_absent": int(frames["absent"].sum()),
-        "frames_lost": len(errors) - len(found),
-        "seconds_init": float(seconds[0]) if seconds.size else np.nan,
-        "seconds_p95": float(np.quantile(updates, 0.95)) if updates.size else np.nan,
-        "seconds_total": float(np.nansum(seconds)),
-    }
 
 
 def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:

@@ -15,7 +15,18 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-__all__ = ["GROUP", "Curve", "Spread", "curve", "seed_means", "spread", "summary"]
+__all__ = [
+    "GROUP",
+    "Curve",
+    "Spread",
+    "bootstrap_interval",
+    "curve",
+    "expanded_levels",
+    "seed_draws",
+    "seed_means",
+    "spread",
+    "summary",
+]
 
 GROUP: Final = ("scenario", "variant", "tracker")
 
@@ -88,6 +99,78 @@ def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     return Spread(mean, sd, least, most, mean - half, mean + half, count)
 
 
+def bootstrap_interval(
+    values: ArrayLike,
+    rng: np.random.Generator,
+    *,
+    level: float = 0.95,
+    draws: int = 1000,
+) -> tuple[float, float]:
+    """Return a bootstrap interval of the mean of values, which stays in their range.
+
+    Parameters
+    ----------
+    values : (n,) float
+        One for each seed; NaN is left out.
+    rng : numpy.random.Generator
+    level : float, in (0, 1)
+        Coverage, at the quantiles of `expanded_levels`.
+    draws : int
+        Bootstrap samples.
+
+    Returns
+    -------
+    low, high : float
+        NaN for fewer than two values.
+    """
+    known = np.asarray(values, dtype=np.float64)
+    known = known[~np.isnan(known)]
+    if len(known) < 2:
+        return float("nan"), float("nan")
+    means = seed_draws(len(known), draws, rng) @ known / len(known)
+    low, high = np.quantile(means, expanded_levels(len(known), level))
+    return float(low), float(high)
+
+
+def seed_draws(count: int, draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return how often each of ``count`` seeds comes in each bootstrap sample.
+
+    Returns
+    -------
+    (draws, count) int
+        Rows sum to ``count``.
+    """
+    return rng.multinomial(count, np.full(count, 1.0 / count), size=draws)
+
+
+def expanded_levels(count: int, level: float) -> tuple[float, float]:
+    """Return the two quantiles of bootstrap means to take for an interval.
+
+    The plain percentile interval of few values is too narrow. The tails are shrunk as
+    far as makes it as wide, for normal values, as Student's t: with three seeds, the
+    interval runs from the least to the greatest that was drawn.
+
+    Parameters
+    ----------
+    count : int
+        Number of values, at least 2.
+    level : float, in (0, 1)
+
+    References
+    ----------
+    Hesterberg (2015), "What teachers should know about the bootstrap", The American
+    Statistician 69(4), section 4.5 (the expanded percentile interval).
+
+    Examples
+    --------
+    >>> [round(tail, 4) for tail in expanded_levels(10, 0.95)]
+    [0.0086, 0.9914]
+    """
+    widest = stats.t.ppf(0.5 - level / 2.0, count - 1) * np.sqrt(count / (count - 1))
+    tail = float(stats.norm.cdf(widest))
+    return tail, 1.0 - tail
+
+
 def seed_means(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
     """Average the repetitions of each tracker on each seed.
 
@@ -123,7 +206,8 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
     -------
     DataFrame
         One row for each scenario, variant and tracker in order of appearance:
-        these three, ``seeds`` (how many), ``runs``, ``failed`` (how many of the runs),
+        these three, ``seeds`` (how many), ``runs``, ``failed`` (how many of the runs
+        did not end well),
         and for each measure ``<measure>.mean, .sd, .min, .max, .low, .high`` as in
         `Spread`. Failed runs are part of it, with what they scored.
     """
@@ -135,7 +219,7 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
         row: dict[str, object] = dict(zip(GROUP, keys, strict=True))
         row["seeds"] = len(seeds)
         row["runs"] = len(group)
-        row["failed"] = int((group["status"] == "failed").sum())
+        row["failed"] = int((group["status"] != "ok").sum())
         for measure in measures:
             over = spread(seeds[measure])
             row[f"{measure}.mean"] = over.mean
@@ -187,8 +271,8 @@ def curve(
     Returns
     -------
     Curve
-        A failed run without frames is a curve of zeros. Runs in which no frame counts
-        are left out.
+        A failed run without frames is a curve of zeros. Runs without a sequence, or in
+        which no frame counts, are left out.
     """
     scored = frames[frames["scored"]]
     known = {
@@ -197,9 +281,10 @@ def curve(
     }
     nothing = np.zeros_like(shares(np.zeros(1)))
     by_seed: dict[object, list[NDArray[np.float64]]] = {}
-    for run in runs.itertuples():
+    measured = runs["success_50"].notna()
+    for run, is_measured in zip(runs.itertuples(), measured, strict=True):
         found = known.get((run.seed, run.repetition))
-        if found is None and run.status == "failed":
+        if found is None and run.status == "failed" and is_measured:
             found = nothing
         if found is not None:
             by_seed.setdefault(run.seed, []).append(found)

@@ -98,6 +98,20 @@ def test_two_trackers_of_one_label_are_refused(request_of_smoke: Request) -> Non
         dataclasses.replace(request_of_smoke, trackers=twice)
 
 
+def test_variants_of_one_scenario_are_told_apart(request_of_smoke: Request) -> None:
+    smoke = request_of_smoke.scenarios[0]
+    twins = tuple(smoke.model_copy(update={"variant": v}) for v in ("", "lit/../x"))
+    asked = dataclasses.replace(request_of_smoke, scenarios=twins)
+    assert asked.folder_name == f"smoke-smoke@lit_.._x-{asked.digest[:8]}"
+    shoots = plan(asked, RunFolder(Path("run")))
+    names = [shoot.sequence.name.rpartition("-")[0] for shoot in shoots]
+    assert names[::2] == ["smoke-0000", "smoke@lit_.._x-0000"]
+    assert len({chase.part for shoot in shoots for chase in shoot.chases}) == 4
+    assert shoots[2].title == "filming: smoke@lit/../x, seed 0"
+    with pytest.raises(SimbenchError, match="'smoke' more than once"):
+        dataclasses.replace(asked, scenarios=(smoke, smoke))
+
+
 @pytest.mark.parametrize(
     "text", ["still", "tenth=condensation@particles=10", "condensation@particles=10"]
 )

@@ -14,7 +14,7 @@ from pandas.testing import assert_frame_equal
 from simbench.errors import DatasetError
 from simbench.frame import Frame
 from simbench.score_tables import FRAME_TYPES, RUN_TYPES
-from simbench.scores import Scores, score, score_failure
+from simbench.scores import Scores, score, score_failure, score_unmade
 from simbench.sequence import Sequence
 from simbench.tracker import Failure, Track
 
@@ -58,7 +58,7 @@ def only_run(scores: Scores) -> dict[Hashable, Any]:
 
 
 def test_runs_have_the_agreed_columns_in_the_agreed_order(tiny: Sequence) -> None:
-    scores = score(perfect_track(tiny), tiny, tracker="mine", variant="fast")
+    scores = score(perfect_track(tiny), tiny, tracker="mine")
     assert list(scores.runs.columns)[:17] == [
         "scenario",
         "variant",
@@ -161,6 +161,25 @@ def test_killed_run_scores_nothing_and_keeps_its_reason() -> None:
     assert (run["status"], run["reason"], run["seed"]) == ("failed", "killed", 4)
     assert run["success_50"] == run["precision_20"] == run["success_auc"] == 0.0
     assert (run["frames"], run["frames_scored"], run["frames_lost"]) == (30, 29, 29)
+    assert len(scores.frames) == 0
+
+
+def test_variant_is_that_of_the_scenario(tiny: Sequence) -> None:
+    fast = replace(tiny, scenario={"name": "tiny", "variant": "fast"})
+    scores = score(perfect_track(fast), fast, tracker="mine")
+    assert only_run(scores)["variant"] == "fast"
+    assert set(scores.frames["variant"]) == {"fast"}
+    recorded = replace(tiny, scenario=None)
+    assert only_run(score(perfect_track(tiny), recorded))["variant"] == ""
+
+
+def test_run_without_a_sequence_has_no_measures() -> None:
+    scores = score_unmade(
+        scenario="poles", seed=4, tracker="mine", reason="no", status="unreachable"
+    )
+    run = only_run(scores)
+    assert (run["status"], run["reason"], run["frames"]) == ("unreachable", "no", 0)
+    assert np.isnan([run["success_50"], run["precision_20"], run["success_auc"]]).all()
     assert len(scores.frames) == 0
 
 

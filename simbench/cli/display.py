@@ -73,7 +73,7 @@ def interruptible(hint: str) -> Iterator[None]:
 
 
 def score_table(scores: Scores) -> Table:
-    """Return the means over seeds as a table, a row a scenario and tracker."""
+    """Return the means over seeds as a table, a row a scenario, variant and tracker."""
     from simbench.statistics import summary
 
     measures = {
@@ -102,11 +102,12 @@ def score_table(scores: Scores) -> Table:
     means = summary(scores.runs, list(measures))
     last = None
     for _, row in means.iterrows():
-        if last not in (None, row["scenario"]):
+        name = "@".join(filter(None, (row["scenario"], row["variant"])))
+        if last not in (None, name):
             table.add_section()
-        last = row["scenario"]
+        last = name
         cells = [_number(row[f"{m}.mean"], form) for m, (_, form) in measures.items()]
-        table.add_row(row["scenario"], row["tracker"], *cells)
+        table.add_row(name, row["tracker"], *cells)
     return table
 
 

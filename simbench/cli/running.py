@@ -5,60 +5,57 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from rich.console import Console
 
 from simbench.cli.arguments import (
+    Cluster,
     Frames,
+    Fresh,
     Jobs,
     Names,
+    Out,
+    Repetitions,
     Seeds,
+    Timeout,
+    Trackers,
     scenarios_from,
     trackers_from,
 )
 from simbench.cli.display import interruptible, progress_bar, score_table
 
-__all__ = ["report", "run"]
+if TYPE_CHECKING:
+    from simbench.running.request import Request
+    from simbench.running.whole_run import Outcome
 
-RUNS = Path("results") / "runs"
+__all__ = ["carry_out", "conclude", "report", "run"]
+
+_RUNS = Path("results") / "runs"
 DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
 
 
 def run(
     scenarios: Names,
-    trackers: Annotated[
-        str,
-        typer.Option(help="Names between commas; in full LABEL=NAME@PARAM=VALUE."),
-    ] = DEFAULT_TRACKERS,
+    trackers: Trackers = DEFAULT_TRACKERS,
     seeds: Seeds = "0:3",
-    repetitions: Annotated[
-        int, typer.Option(min=1, help="Runs of each tracker on the same sequence.")
-    ] = 1,
+    repetitions: Repetitions = 1,
     frames: Frames = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Run folder; default: one in results/runs for this request."),
-    ] = None,
+    out: Out = None,
     jobs: Jobs = None,
-    timeout: Annotated[
-        float, typer.Option(help="Seconds one tracker may take over one sequence.")
-    ] = 300.0,
+    timeout: Timeout = 300.0,
     keep_sequences: Annotated[
         bool, typer.Option("--keep-sequences", help="Leave the pictures in the folder.")
     ] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Do again what is done already.")
-    ] = False,
+    fresh: Fresh = False,
+    cluster: Cluster = "",
 ) -> None:
     """Generate, track, score and report; the same call again goes on where it stopped.
 
     A tracker that fails costs its own row; the exit status is then 1.
     """
-    from simbench.environment import core_count
     from simbench.running.request import Request, parse_seeds
-    from simbench.running.whole_run import whole_run
 
     request = Request(
         scenarios_from(scenarios, frames),
@@ -67,25 +64,59 @@ def run(
         repetitions,
         timeout,
     )
-    folder = out or RUNS / request.folder_name
     console = Console()
+    outcome = carry_out(
+        console,
+        request,
+        out,
+        jobs=jobs,
+        cluster=cluster,
+        keep_sequences=keep_sequences,
+        fresh=fresh,
+    )
+    console.print(score_table(outcome.scores))
+    conclude(console, outcome)
+
+
+def carry_out(
+    console: Console,
+    request: Request,
+    out: Path | None,
+    *,
+    jobs: int | None,
+    cluster: str,
+    fresh: bool,
+    keep_sequences: bool = False,
+) -> Outcome:
+    """Do a request and show how far it is; see `whole_run`."""
+    from simbench.environment import core_count
+    from simbench.running.whole_run import whole_run
+
     with (
         interruptible("the same command goes on from here"),
         progress_bar(console) as progress,
     ):
-        outcome = whole_run(
+        return whole_run(
             request,
-            folder,
+            out or _RUNS / request.folder_name,
             command=shlex.join(["simbench", *sys.argv[1:]]),
             jobs=jobs or core_count(),
+            cluster=cluster,
             keep_sequences=keep_sequences,
             fresh=fresh,
             progress=progress,
         )
-    console.print(score_table(outcome.scores))
+
+
+def conclude(console: Console, outcome: Outcome) -> NoReturn:
+    """Say what failed and where the report is, and leave with exit status 0 or 1."""
     for failure in outcome.failures:
         console.print(
-            f"failed: {failure}", style="red", highlight=False, soft_wrap=True
+            f"failed: {failure}",
+            style="red",
+            highlight=False,
+            markup=False,
+            soft_wrap=True,
         )
     console.print(f"report: {outcome.report}", highlight=False, soft_wrap=True)
     raise typer.Exit(1 if outcome.failures else 0)

@@ -1,7 +1,4 @@
-"""The figures of a report, as plain plotly figures: traces and a layout.
-
-Each trace names its tracker in ``meta``, by which the page shows and hides it.
-"""
+"""The figures of a chapter: curves over thresholds, and what happens by frame."""
 
 from __future__ import annotations
 
@@ -14,11 +11,19 @@ from numpy.typing import NDArray
 
 from simbench import measures
 from simbench.report.palette import Style
+from simbench.report.plotting import (
+    INK,
+    Figure,
+    band,
+    base_layout,
+    guide,
+    line,
+    plain,
+)
 from simbench.report.sections import Section
 from simbench.statistics import curve
 
 __all__ = [
-    "Figure",
     "error_by_frame",
     "occluded_spans",
     "particles_by_frame",
@@ -26,10 +31,6 @@ __all__ = [
     "success",
 ]
 
-Figure = dict[str, Any]  # plotly's own JSON: {"data": [...], "layout": {...}}
-
-_INK: Final = "#1f2933"
-_GRID: Final = "#e5e7eb"
 _HIDDEN: Final = 0.95  # a target seen to a lesser share counts as occluded
 _ERROR_FLOOR_PX: Final = 0.1  # a logarithmic axis has no zero
 
@@ -39,9 +40,9 @@ def success(part: Section, looks: Mapping[str, Style]) -> Figure:
     figure = _curves(
         part, looks, "overlap", measures.success_curve, measures.SUCCESS_THRESHOLDS
     )
-    figure["layout"] |= _layout("overlap threshold", "share of frames", 340)
+    figure["layout"] |= base_layout("overlap threshold", "share of frames", 340)
     figure["layout"]["xaxis"] |= {"range": [0, 1], "dtick": 0.2}
-    figure["layout"]["shapes"] = [_guide(0.5)]
+    figure["layout"]["shapes"] = [guide(0.5)]
     return figure
 
 
@@ -54,9 +55,11 @@ def precision(part: Section, looks: Mapping[str, Style]) -> Figure:
         measures.precision_curve,
         measures.PRECISION_THRESHOLDS,
     )
-    figure["layout"] |= _layout("centre error threshold [px]", "share of frames", 340)
+    figure["layout"] |= base_layout(
+        "centre error threshold [px]", "share of frames", 340
+    )
     figure["layout"]["xaxis"] |= {"range": [0, 50], "dtick": 10}
-    figure["layout"]["shapes"] = [_guide(20.0)]
+    figure["layout"]["shapes"] = [guide(20.0)]
     return figure
 
 
@@ -78,10 +81,10 @@ def error_by_frame(
         which less than 95 % of the target is visible are shaded.
     """
     traces = [
-        _line(
+        line(
             tracker,
             looks[tracker],
-            frames["frame"],
+            frames["frame"].tolist(),
             np.maximum(frames["center_error_px"].to_numpy(), _ERROR_FLOOR_PX),
             "%{y:.1f} px",
         )
@@ -95,15 +98,15 @@ def error_by_frame(
             "mode": "lines",
             "name": "visible",
             "x": truth["frame"].tolist(),
-            "y": _plain(visible, 0),
+            "y": plain(visible, 0),
             "yaxis": "y2",
             "fill": "tozeroy",
             "fillcolor": "rgba(31, 41, 51, 0.10)",
-            "line": {"color": _INK, "width": 1, "shape": "hvh"},
+            "line": {"color": INK, "width": 1, "shape": "hvh"},
             "hovertemplate": "%{y} % visible<extra></extra>",
         }
     )
-    layout = _layout("frame", "centre error [px]", 420)
+    layout = base_layout("frame", "centre error [px]", 420)
     layout["xaxis"] |= {"anchor": "y2"}
     layout["yaxis"] |= {
         "type": "log",
@@ -130,10 +133,10 @@ def particles_by_frame(
 ) -> Figure | None:
     """Return likelihood evaluations by frame; None if no tracker made any."""
     traces = [
-        _line(
+        line(
             tracker,
             looks[tracker],
-            frames["frame"],
+            frames["frame"].tolist(),
             frames["particles"].to_numpy(dtype=np.float64),
             "%{y:.0f} particles",
         )
@@ -143,7 +146,7 @@ def particles_by_frame(
     if not traces:
         return None
     truth = next(iter(tracks.values()))
-    layout = _layout("frame", "particles", 280)
+    layout = base_layout("frame", "particles", 280)
     layout["yaxis"] |= {"rangemode": "tozero"}
     layout["shapes"] = _spans(truth)
     return {"data": traces, "layout": _by_frame(layout, truth)}
@@ -178,7 +181,6 @@ def _curves(
     thresholds: NDArray[np.float64],
 ) -> Figure:
     bands, lines = [], []
-    x = np.concatenate([thresholds, thresholds[::-1]])
     for tracker in part.trackers:
         over = curve(*part.of_tracker(tracker), column, shares)
         if over.count == 0:
@@ -187,87 +189,11 @@ def _curves(
         high = np.minimum(over.mean + over.sd, 1.0)
         low = np.maximum(over.mean - over.sd, 0.0)
         if over.count > 1:
-            bands.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "x": _plain(x, 2),
-                    "y": _plain(np.concatenate([high, low[::-1]]), 4),
-                    "fill": "toself",
-                    "fillcolor": style.faded(0.12),
-                    "line": {"width": 0},
-                    "hoverinfo": "skip",
-                    "meta": {"tracker": tracker},
-                }
-            )
+            bands.append(band(tracker, style, thresholds, low, high))
         lines.append(
-            _line(tracker, style, pd.Series(thresholds), over.mean, "%{y:.3f}", 4)
+            line(tracker, style, thresholds.tolist(), over.mean, "%{y:.3f}", 4)
         )
     return {"data": bands + lines, "layout": {}}
-
-
-def _line(
-    tracker: str,
-    style: Style,
-    x: pd.Series[Any],
-    y: NDArray[np.float64],
-    hover: str,
-    decimals: int = 2,
-) -> dict[str, Any]:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": tracker,
-        "x": x.tolist(),
-        "y": _plain(y, decimals),
-        "line": {"color": style.color, "width": 2, "dash": style.dash},
-        "hovertemplate": f"{hover}<extra>{tracker}</extra>",
-        "meta": {"tracker": tracker},
-    }
-
-
-def _layout(x_title: str, y_title: str, height: int) -> dict[str, Any]:
-    axis = {
-        "gridcolor": _GRID,
-        "linecolor": "#9aa5b1",
-        "showline": True,
-        "ticks": "outside",
-        "tickcolor": "#9aa5b1",
-        "ticklen": 4,
-        "zeroline": False,
-    }
-    y_axis: dict[str, Any] = {"title": {"text": y_title, "standoff": 8}, **axis}
-    if y_title == "share of frames":
-        y_axis |= {"range": [0, 1.02], "dtick": 0.2}
-    return {
-        "height": height,
-        "margin": {"l": 58, "r": 14, "t": 12, "b": 48},
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
-        "font": {
-            "family": "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif",
-            "size": 13,
-            "color": _INK,
-        },
-        "showlegend": False,  # the page has one legend for all figures of a chapter
-        "hoverlabel": {"bgcolor": "white", "bordercolor": _GRID},
-        "xaxis": {"title": {"text": x_title, "standoff": 8}, **axis},
-        "yaxis": y_axis,
-    }
-
-
-def _guide(x: float) -> dict[str, Any]:
-    """Mark the threshold at which the score of a curve is read."""
-    return {
-        "type": "line",
-        "x0": x,
-        "x1": x,
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "line": {"color": "#9aa5b1", "width": 1, "dash": "dot"},
-        "layer": "below",
-    }
 
 
 def _threshold(error_px: float) -> dict[str, Any]:
@@ -315,11 +241,3 @@ def _log_range(tracks: Mapping[str, pd.DataFrame]) -> list[float]:
     errors = errors[np.isfinite(errors)]
     most = float(errors.max()) if errors.size else 0.0
     return [np.log10(_ERROR_FLOOR_PX), round(float(np.log10(max(most, 30.0) * 1.3)), 3)]
-
-
-def _plain(values: NDArray[np.float64], decimals: int) -> list[float | None]:
-    """Return numbers as JSON has them: rounded, None for what is not finite."""
-    return [
-        round(value, decimals) if np.isfinite(value) else None
-        for value in values.tolist()
-    ]

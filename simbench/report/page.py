@@ -14,9 +14,12 @@ from simbench.report import figures, tables
 from simbench.report.palette import Style, styles
 from simbench.report.pictures import animation, stills
 from simbench.report.sections import Section, sections, tracker_labels
+from simbench.report.sweep_chapter import sweep_chapter
+from simbench.report.tables import sequence_rows
 from simbench.report.wording import count
 from simbench.scores import Scores
 from simbench.sequence import Sequence
+from simbench.sweeping.swept import Swept
 from simbench.writing import written_whole
 
 __all__ = ["write_report"]
@@ -35,11 +38,16 @@ _FACTS: Final = (
     "duration_s",
 )
 
-Kept: TypeAlias = Mapping[tuple[str, int | None], Sequence]
+Kept: TypeAlias = Mapping[tuple[str, str, int | None], Sequence]
 
 
 def write_report(
-    scores: Scores, sequences: Iterable[Sequence], run: Mapping[str, Any], out: Path
+    scores: Scores,
+    sequences: Iterable[Sequence],
+    run: Mapping[str, Any],
+    out: Path,
+    *,
+    swept: Swept | None = None,
 ) -> None:
     """Write the report of a run as one HTML file that needs no network.
 
@@ -48,15 +56,17 @@ def write_report(
     scores : Scores
         At least one run.
     sequences : iterable of Sequence
-        Those to show in pictures: of each scenario, the first seed that is among
-        them. A scenario without any is reported without pictures.
+        Those to show in pictures: of each scenario and variant, the first seed that is
+        among them. One without any is reported without pictures.
     run : mapping
         What was asked, as in ``run.json``: ``command``, ``created``, ``versions``,
-        ``host``, ``seeds``, ``scenarios`` (each ``name, title, tests, digest``),
-        ``trackers`` (each ``label, spec``), ``duration_s``. What is missing is left
-        out of the page.
+        ``host``, ``seeds``, ``scenarios`` (each ``name, variant, title, tests,
+        digest``), ``trackers`` (each ``label, spec``), ``duration_s``. What is missing
+        is left out of the page.
     out : Path
         File to write; written whole.
+    swept : Swept, optional
+        What the scores amount to as a sweep: then all variants share one chapter.
 
     Raises
     ------
@@ -65,7 +75,7 @@ def write_report(
     """
     if len(scores.runs) == 0:
         raise DatasetError(f"{out}: a report needs at least one run, got none")
-    html = _render(scores, sequences, run)
+    html = _render(scores, sequences, run, swept)
     try:
         with written_whole(out) as partial:
             partial.write_text(html, encoding="utf-8")
@@ -74,12 +84,22 @@ def write_report(
 
 
 def _render(
-    scores: Scores, sequences: Iterable[Sequence], run: Mapping[str, Any]
+    scores: Scores,
+    sequences: Iterable[Sequence],
+    run: Mapping[str, Any],
+    swept: Swept | None,
 ) -> str:
     parts = sections(scores, run)
     labels = tracker_labels(scores, run)
     looks = styles(labels)
-    kept = {(one.name, one.seed): one for one in sequences}
+    kept = {(one.name, one.variant, one.seed): one for one in sequences}
+    sweep, chapters = None, []
+    if swept is None:
+        chapters = [_chapter(part, looks, kept, len(parts)) for part in parts]
+    else:
+        found = {part.variant: _filmed(part, kept) for part in parts}
+        filmed = {variant: one for variant, one in found.items() if one is not None}
+        sweep = sweep_chapter(swept, parts, looks, filmed)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_FOLDER),
         autoescape=True,
@@ -92,13 +112,15 @@ def _render(
         run={**dict.fromkeys(_FACTS), **run},
         heading=", ".join(
             [
-                count(len(parts), "scenario"),
+                count(len(parts), "scenario") if sweep is None else _swept_name(sweep),
                 count(len(labels), "tracker"),
                 count(seeds, "seed") if seeds else "recorded data",
             ]
         ),
-        chapters=[_chapter(part, looks, kept, len(parts)) for part in parts],
+        chapters=chapters,
+        sweep=sweep,
         parts=parts,
+        sequences=[(part.name, row) for part in parts for row in sequence_rows(part)],
         looks=looks,
         overall=tables.overall_rows(parts, labels),
         failures=tables.failure_rows(scores.runs),
@@ -113,12 +135,16 @@ def _render(
     )
 
 
+def _swept_name(sweep: Mapping[str, Any]) -> str:
+    return f"{sweep['name']} by {' and '.join(sweep['dials'])}"
+
+
 def _chapter(
     part: Section, looks: Mapping[str, Style], kept: Kept, of: int
 ) -> dict[str, Any]:
     """Return what the template shows of one of so many scenarios."""
     by_seed = {seed: part.of_seed(seed) for seed in part.seeds}
-    filmed = None if part.variant else _filmed(part, kept)
+    filmed = _filmed(part, kept)
     by_frame = {
         "recorded" if seed is None else str(seed): {
             "error": figures.error_by_frame(tracks, looks),
@@ -137,7 +163,6 @@ def _chapter(
         "stills": stills(filmed) if filmed is not None else [],
         "scores": tables.score_rows(part),
         "dials": tables.dial_rows(part),
-        "sequences": tables.sequence_rows(part),
         "failures": tables.failure_rows(part.runs),
         "has_particles": any(one["particles"] for one in by_frame.values()),
         "seeds": list(by_frame),
@@ -155,5 +180,5 @@ def _chapter(
 
 def _filmed(part: Section, kept: Kept) -> Sequence | None:
     """Return the sequence of the first seed that has one."""
-    wanted = ((part.scenario, seed) for seed in part.seeds)
+    wanted = ((part.scenario, part.variant, seed) for seed in part.seeds)
     return next((kept[key] for key in wanted if key in kept), None)

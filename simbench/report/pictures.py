@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simbench.report.wording import share
 from simbench.sequence import Sequence, Truth
 
-__all__ = ["Still", "animation", "stills"]
+__all__ = ["Still", "animation", "data_uri", "seen", "stills"]
 
 _MOST_FRAMES: Final = 80
 _STILL_WIDTH: Final = 640
@@ -87,7 +87,7 @@ def animation(
     images, times = [], []
     for index in indices:
         frame = sequence.frames[index]
-        images.append(_data_uri(frame.image, width, quality))
+        images.append(data_uri(frame.image, width, quality))
         times.append(round(frame.time_s, 3))
     return {
         "width": sequence.width,
@@ -96,7 +96,7 @@ def animation(
         "frames": indices,
         "times": times,
         "truth": _boxes(sequence.truth.boxes[indices]),
-        "visible": [_seen(sequence.truth, index) for index in indices],
+        "visible": [seen(sequence.truth, index) for index in indices],
         "tracks": {
             tracker: _boxes(
                 frames[["left", "top", "width", "height"]].to_numpy()[indices]
@@ -110,18 +110,18 @@ def animation(
 def _still(sequence: Sequence, index: int, title: str) -> Still:
     frame = sequence.frames[index]
     box = sequence.truth.boxes[index]
-    seen = _seen(sequence.truth, index)
     left, top, width, height = (round(float(value), 1) for value in box)
     return Still(
-        source=_data_uri(frame.image, _STILL_WIDTH, _STILL_QUALITY),
+        source=data_uri(frame.image, _STILL_WIDTH, _STILL_QUALITY),
         width=sequence.width,
         height=sequence.height,
         box=(left, top, width, height) if np.isfinite(box).all() else None,
-        caption=f"{title}: frame {index}, {frame.time_s:.2f} s, {seen}",
+        caption=f"{title}: frame {index}, {frame.time_s:.2f} s, "
+        f"{seen(sequence.truth, index)}",
     )
 
 
-def _seen(truth: Truth, index: int) -> str:
+def seen(truth: Truth, index: int) -> str:
     """Say how much of the target is seen, and what is in front of it."""
     if truth.absent[index]:
         return "target absent"
@@ -141,13 +141,14 @@ def _affordable(
     sample = [indices[i] for i in np.linspace(0, len(indices) - 1, 5).astype(int)]
     images = [sequence.frames[index].image for index in sample]
     for width, quality in _SIZES:
-        mean = np.mean([len(_data_uri(image, width, quality)) for image in images])
+        mean = np.mean([len(data_uri(image, width, quality)) for image in images])
         if mean * len(indices) <= budget_bytes:
             return width, quality
     return _SIZES[-1]
 
 
-def _data_uri(image: NDArray[np.uint8], most_width: int, quality: int) -> str:
+def data_uri(image: NDArray[np.uint8], most_width: int, quality: int) -> str:
+    """Return a picture (H, W, 3) uint8 as a JPEG in a data URI, made smaller to fit."""
     height, width = image.shape[:2]
     picture = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     if width > most_width:

@@ -73,14 +73,17 @@ class Section:
 
 def sections(scores: Scores, run: Mapping[str, Any]) -> list[Section]:
     """Split scores by scenario and variant, in order of appearance."""
-    told = {one.get("name"): one for one in run.get("scenarios", ())}
+    told = {
+        (one.get("name"), one.get("variant", "")): one
+        for one in run.get("scenarios", ())
+    }
     labels = tracker_labels(scores, run)
     parts = []
     grouped = scores.runs.groupby(["scenario", "variant"], sort=False)
     for (scenario, variant), runs in grouped:
         frames = scores.frames
         same = (frames["scenario"] == scenario) & (frames["variant"] == variant)
-        about = told.get(scenario, {})
+        about = told.get((scenario, variant), {})
         present = set(runs["tracker"])
         parts.append(
             Section(

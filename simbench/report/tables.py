@@ -134,7 +134,7 @@ def dial_rows(part: Section) -> list[tuple[str, str, str, str]]:
 
 def failure_rows(runs: pd.DataFrame) -> list[tuple[str, str, str, str]]:
     """Return scenario, tracker, seed and reason of each failed run."""
-    failed = runs[runs["status"] == "failed"]
+    failed = runs[runs["status"] != "ok"]
     seeds = failed["seed"].astype(str)
     return [
         (

@@ -14,7 +14,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import shutil
 from collections.abc import Iterator, Mapping
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.errors import DatasetError
+from simbench.running.claim import emptied, locked
 from simbench.scores import Scores
 from simbench.writing import written_whole
 
@@ -66,13 +66,7 @@ class RunFolder:
             raise DatasetError(
                 f"{self.path}: wanted a new, empty or run folder, found other files"
             )
-        with self._lock.open("w") as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise DatasetError(
-                    f"{self.path}: another run is writing here"
-                ) from None
+        with locked(self._lock):
             yield
 
     @contextmanager
@@ -82,12 +76,8 @@ class RunFolder:
         What processes that were killed could not remove lies here, and goes with it:
         now, or where this process is killed too, the next time.
         """
-        shutil.rmtree(self.temporary, ignore_errors=True)
-        self.temporary.mkdir(parents=True, exist_ok=True)
-        try:
-            yield self.temporary.absolute()
-        finally:
-            shutil.rmtree(self.temporary, ignore_errors=True)
+        with emptied(self.temporary) as temporary:
+            yield temporary
 
     def write_facts(self, facts: Mapping[str, Any]) -> None:
         """Write ``run.json``, whole."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from collections.abc import Callable
-from pathlib import Path
 
 from simbench.datasets.native import is_finished, read_sequence
+from simbench.running.bounds import film_limit_s
+from simbench.running.cluster import workforce
 from simbench.running.folder import RunFolder
 from simbench.running.plan import Chase, Shoot, plan
 from simbench.running.request import Request
 from simbench.running.tasks import film, follow
-from simbench.running.workers import Crew, Event, Job
+from simbench.running.workers import Event, Job, Workforce
 from simbench.scores import Scores
 from simbench.sequence import Sequence
 
@@ -23,8 +24,6 @@ Progress = Callable[[float, float, str], None]
 
 _FILMING_COST = 10.0  # filming a frame takes about as long as following ten
 _GRACE_S = 5.0  # for reading pictures and writing scores, beside the tracker's time
-_FILM_LIMIT_S = 120.0
-_FILM_LIMIT_A_FRAME_S = 5.0
 
 
 def run_grid(
@@ -32,9 +31,10 @@ def run_grid(
     folder: RunFolder,
     *,
     jobs: int = 1,
+    cluster: str = "",
     keep_sequences: bool = False,
     progress: Progress | None = None,
-) -> tuple[Scores, dict[str, Sequence]]:
+) -> tuple[Scores, list[Sequence]]:
     """Do all of a request that is not done yet, and return the scores of all of it.
 
     Parameters
@@ -44,6 +44,9 @@ def run_grid(
         Claimed by the caller.
     jobs : int
         Worker processes at a time.
+    cluster : str
+        Address of a Dask scheduler whose workers, which must see the folder, do the
+        work instead.
     keep_sequences : bool
         Leave all sequences in the folder, not only those returned.
     progress : callable, optional
@@ -53,23 +56,25 @@ def run_grid(
     scores : Scores
         In the order of the request: scenarios, seeds, trackers, repetitions. A run
         that failed, or whose sequence could not be made, has its row and its reason.
-    sequences : dict from scenario name to Sequence
+    sequences : list of Sequence
         That of the first seed of each scenario, still on disk in the folder.
     """
+    if cluster:  # whose workers are in other working directories
+        folder = RunFolder(folder.path.absolute())
     shoots = plan(request, folder)
     grid = _Grid(shoots, request.timeout_s, keep_sequences)
     with (
         folder.workshop() as temporary,
-        Crew(jobs, _environment(jobs, temporary), folder.log) as crew,
+        workforce(jobs, cluster, temporary, folder.log, folder.path) as crew,
     ):
         while grid.step(crew):
             if progress is not None:
                 progress(*grid.standing())
-    firsts = {
-        shoot.scenario.name: read_sequence(shoot.sequence)
+    firsts = [
+        read_sequence(shoot.sequence)
         for shoot in shoots
         if shoot.is_first and is_finished(shoot.sequence)
-    }
+    ]
     return grid.scores(), firsts
 
 
@@ -92,12 +97,12 @@ class _Grid:
         self.shoots = shoots
         self.timeout_s = timeout_s
         self.keep = keep
-        self.lost: dict[Chase, str] = {}
+        self.lost: dict[Chase, Scores] = {}
         self.shoot_of = {c.sequence: shoot for shoot in shoots for c in shoot.chases}
         found = {chase: chase.scores() for s in shoots for chase in s.chases}
         self.known = {chase: one for chase, one in found.items() if one is not None}
         self.open = {s: [c for c in s.chases if c not in self.known] for s in shoots}
-        wanted = [s for s in shoots if self.open[s] or self.is_kept(s)]
+        wanted = [s for s in shoots if self.open[s] or self.is_shown(s)]
         # the longest first, so that the last one does not leave other workers idle
         wanted.sort(key=lambda shoot: -shoot.scenario.frames)
         self.unfilmed = deque(s for s in wanted if not is_finished(s.sequence))
@@ -114,7 +119,13 @@ class _Grid:
         """Whether the pictures are wanted beyond the tracker runs."""
         return self.keep or shoot.is_first
 
-    def step(self, crew: Crew) -> bool:
+    def is_shown(self, shoot: Shoot) -> bool:
+        """Whether the pictures are wanted though all is followed, and can be made."""
+        rows = [self.known[chase].runs for chase in shoot.chases if chase in self.known]
+        cannot = rows and all((row["status"] == "unreachable").all() for row in rows)
+        return self.is_kept(shoot) and not cannot
+
+    def step(self, crew: Workforce) -> bool:
         """Give out work, wait for news and hear it; return whether anything is left."""
         while crew.has_room and (self.ready or self.unfilmed):
             # follow first: so only as many sequences as needed stand on disk
@@ -127,7 +138,7 @@ class _Grid:
 
     def job(self, task: Shoot | Chase) -> Job:
         if isinstance(task, Shoot):
-            limit_s = _FILM_LIMIT_S + _FILM_LIMIT_A_FRAME_S * task.scenario.frames
+            limit_s = film_limit_s(task.scenario.frames)
             arguments = task.scenario, task.seed, task.sequence
             return Job(task, "film", film, arguments, limit_s)
         limit_s = self.timeout_s + _GRACE_S
@@ -147,23 +158,31 @@ class _Grid:
             self.followed(task, event)
 
     def filmed(self, shoot: Shoot, event: Event) -> None:
-        reason = event.value
-        if event.kind == "timeout":
-            reason = f"timeout after {event.job.limit_s:g} s"
-        if reason:
-            self.lost |= dict.fromkeys(self.open[shoot], f"no sequence: {reason}")
-            self.work_done += sum(map(_cost, self.open[shoot]))
-            shutil.rmtree(shoot.sequence, ignore_errors=True)
-        else:
+        if event.kind == "done" and event.value is None:
             self.ready.extend(self.open[shoot])
+            return
+        if event.kind == "done":
+            status, reason = event.value
+        elif event.kind == "timeout":
+            status, reason = "failed", f"timeout after {event.job.limit_s:g} s"
+        else:
+            status, reason = "failed", event.value
+        for chase in self.open[shoot]:
+            no = "not reachable" if status == "unreachable" else "no sequence"
+            row = chase.unmade(status, f"{no}: {reason}")
+            self.lost[chase] = row
+            self.work_done += _cost(chase)
+            if status == "unreachable":  # always so: a result
+                row.write(chase.part)
+        shutil.rmtree(shoot.sequence, ignore_errors=True)
 
     def followed(self, chase: Chase, event: Event) -> None:
         if event.kind == "timeout":
-            self.lost[chase] = f"timeout after {self.timeout_s:g} s"
+            self.lost[chase] = chase.failure(f"timeout after {self.timeout_s:g} s")
         elif event.kind != "done":
-            self.lost[chase] = event.value
+            self.lost[chase] = chase.failure(event.value)
         if event.kind in ("timeout", "died"):  # the tracker's doing, so a result
-            chase.failure(self.lost[chase]).write(chase.part)
+            self.lost[chase].write(chase.part)
         shoot = self.shoot_of[chase.sequence]
         self.open[shoot].remove(chase)
         if not self.open[shoot] and not self.is_kept(shoot):
@@ -178,23 +197,11 @@ class _Grid:
         return Scores.concat(self.reached(c) for s in self.shoots for c in s.chases)
 
     def reached(self, chase: Chase) -> Scores:
-        found = self.known.get(chase) or chase.scores()
-        if found is None:
-            reason = self.lost.get(chase, "its scores cannot be read")
-            return chase.failure(reason)
-        return found
+        found = self.known.get(chase) or chase.scores() or self.lost.get(chase)
+        return found or chase.failure("its scores cannot be read")
 
 
 def _cost(task: Shoot | Chase) -> float:
     """Return the work of a task, in frames followed."""
     a_frame = _FILMING_COST if isinstance(task, Shoot) else 1.0
     return a_frame * task.scenario.frames
-
-
-def _environment(jobs: int, temporary: Path) -> dict[str, str]:
-    """Return the variables that keep a worker on its own core and in its folder."""
-    pools = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    environment = dict.fromkeys(pools, "1") | {"TMPDIR": str(temporary)}
-    if jobs > 1:  # llvmpipe's threads help one process, and get in the way of several
-        environment["LP_NUM_THREADS"] = "0"
-    return environment

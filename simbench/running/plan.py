@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from simbench.errors import DatasetError
 from simbench.running.folder import RunFolder
-from simbench.running.request import Request, digest_of, spec_text, track_seed
+from simbench.running.request import (
+    Request,
+    digest_of,
+    full_name,
+    path_safe,
+    spec_text,
+    track_seed,
+)
 from simbench.running.source import filming_code, module_code, tracking_code
 from simbench.scenarios.schema import Scenario
-from simbench.scores import Scores, score_failure
+from simbench.scores import Scores, score_failure, score_unmade
 from simbench.trackers.finding import TrackerSpec
 
-__all__ = ["Chase", "Shoot", "plan"]
+__all__ = ["Chase", "Shoot", "plan", "sequence_stem"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +64,7 @@ class Chase:
     @property
     def title(self) -> str:
         """What it does, for a person."""
-        return f"{self.tracker.label}: {self.scenario.name}, seed {self.seed}"
+        return f"{self.tracker.label}: {full_name(self.scenario)}, seed {self.seed}"
 
     def failure(self, reason: str) -> Scores:
         """Return the row of a run that left no track."""
@@ -67,6 +75,19 @@ class Chase:
             reason=reason,
             frame_count=self.scenario.frames,
             repetition=self.repetition,
+            variant=self.scenario.variant,
+        )
+
+    def unmade(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
+        """Return the row of a run without a sequence."""
+        return score_unmade(
+            scenario=self.scenario.name,
+            seed=self.seed,
+            tracker=self.tracker.label,
+            reason=reason,
+            status=status,
+            repetition=self.repetition,
+            variant=self.scenario.variant,
         )
 
 
@@ -94,7 +115,7 @@ class Shoot:
     @property
     def title(self) -> str:
         """What it does, for a person."""
-        return f"filming: {self.scenario.name}, seed {self.seed}"
+        return f"filming: {full_name(self.scenario)}, seed {self.seed}"
 
 
 def plan(request: Request, folder: RunFolder) -> list[Shoot]:
@@ -111,11 +132,16 @@ def plan(request: Request, folder: RunFolder) -> list[Shoot]:
     for scenario in request.scenarios:
         for seed in request.seeds:
             key = digest_of(filming_code(), scenario.digest, seed)[:8]
-            sequence = folder.sequences / f"{scenario.name}-{seed:04d}-{key}"
+            sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
             chases = tuple(_chases(request, codes, folder, scenario, seed, sequence))
             first = seed == request.seeds[0]
             shoots.append(Shoot(scenario, seed, sequence, first, chases))
     return shoots
+
+
+def sequence_stem(scenario: Scenario, seed: int) -> str:
+    """Return how the names of the folders of a scenario and seed begin."""
+    return f"{path_safe(full_name(scenario))}-{seed:04d}"
 
 
 def _chases(

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import glob
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from simbench.errors import DatasetError
+from simbench.errors import DatasetError, ScenarioError
 from simbench.generation import finished_sequence, generate
 from simbench.report import write_report
 from simbench.running.folder import RunFolder
 from simbench.running.grid import Progress
+from simbench.running.plan import sequence_stem
+from simbench.running.request import full_name
 from simbench.scenarios.schema import Scenario
 from simbench.scores import Scores
 from simbench.sequence import Sequence
+from simbench.sweeping.axes import Sweep
+from simbench.sweeping.swept import Swept
 
 __all__ = ["report_again"]
 
@@ -37,12 +42,17 @@ def report_again(path: Path, progress: Progress) -> Path:
     try:
         scenarios = [Scenario.model_validate(s["scenario"]) for s in facts["scenarios"]]
         seed = int(facts["seeds"][0])
-    except (KeyError, IndexError, TypeError, ValidationError) as error:
+        told = facts.get("sweep")
+        swept = None if told is None else Swept.read(path, Sweep.from_facts(told))
+    except (KeyError, IndexError, TypeError, ValidationError, ScenarioError) as error:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"
         ) from None
-    sequences = _sequences(folder, scenarios, seed, progress)
-    write_report(scores, sequences, facts, folder.report)
+    made = scores.runs[(scores.runs["digest"] != "") & (scores.runs["seed"] == seed)]
+    names = set(zip(made["scenario"], made["variant"], strict=True))
+    shown = [one for one in scenarios if (one.name, one.variant) in names]
+    sequences = _sequences(folder, shown, seed, progress)
+    write_report(scores, sequences, facts, folder.report, swept=swept)
     return folder.report
 
 
@@ -55,7 +65,7 @@ def _sequences(
     for scenario in scenarios:
 
         def tell(
-            done: int, _: int, before: int = before, name: str = scenario.name
+            done: int, _: int, before: int = before, name: str = full_name(scenario)
         ) -> None:
             progress(before + done, frames, f"filming: {name}, seed {seed}")
 
@@ -67,6 +77,7 @@ def _sequences(
 
 def _kept(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:
     """Return the sequence in the run folder, whichever code made it: it was run on."""
-    places = sorted(folder.sequences.glob(f"{scenario.name}-{seed:04d}-*"))
+    stem = glob.escape(sequence_stem(scenario, seed))
+    places = sorted(folder.sequences.glob(f"{stem}-*"))
     found = (finished_sequence(place, scenario, seed) for place in places)
     return next(filter(None, found), None)

@@ -15,9 +15,18 @@ import numpy as np
 
 from simbench.errors import SimbenchError
 from simbench.scenarios.schema import Scenario
+from simbench.sweeping.axes import Sweep
 from simbench.trackers.finding import TrackerSpec
 
-__all__ = ["Request", "digest_of", "parse_seeds", "spec_text", "track_seed"]
+__all__ = [
+    "Request",
+    "digest_of",
+    "full_name",
+    "parse_seeds",
+    "path_safe",
+    "spec_text",
+    "track_seed",
+]
 
 MAX_SEEDS = 100_000
 
@@ -29,7 +38,7 @@ class Request:
     Attributes
     ----------
     scenarios : tuple of Scenario
-        Names differ.
+        Names with variants differ.
     trackers : tuple of TrackerSpec
         Labels differ.
     seeds : tuple of int
@@ -38,6 +47,8 @@ class Request:
         Runs of each tracker on the same sequence, each with a seed of its own.
     timeout_s : float, s
         Wall time one tracker may take over one sequence.
+    sweep : Sweep or None
+        Which dials the variants turn, where they are those of a sweep.
 
     Raises
     ------
@@ -50,10 +61,11 @@ class Request:
     seeds: tuple[int, ...]
     repetitions: int = 1
     timeout_s: float = 300.0
+    sweep: Sweep | None = None
 
     def __post_init__(self) -> None:
         """Check what a user may have got wrong."""
-        _check_distinct("scenario names", (s.name for s in self.scenarios))
+        _check_distinct("scenario names", (full_name(s) for s in self.scenarios))
         _check_distinct("tracker labels", (t.label for t in self.trackers))
         _check_distinct("seeds", self.seeds)
         if self.repetitions < 1:
@@ -72,14 +84,40 @@ class Request:
             self.seeds,
             self.repetitions,
             self.timeout_s,
+            self.sweep and self.sweep.facts(),
         )
 
     @property
     def folder_name(self) -> str:
         """A name for the run folder: the same for the same request."""
-        names = [scenario.name for scenario in self.scenarios]
+        if self.sweep is not None:
+            names = [self.scenarios[0].name, *self.sweep.dials]
+            return f"sweep-{path_safe('-'.join(names))}-{self.digest[:8]}"
+        names = [path_safe(full_name(scenario)) for scenario in self.scenarios]
         shown = "-".join(names[:2]) + ("-and-more" if len(names) > 2 else "")
         return f"{shown}-{self.digest[:8]}"
+
+    def rng(self) -> np.random.Generator:
+        """Return the generator of all that is drawn from the run's scores."""
+        return np.random.default_rng(int(self.digest[:16], 16))
+
+
+def full_name(scenario: Scenario) -> str:
+    """Return the name of a scenario with its variant, as a user would write it."""
+    return "@".join(filter(None, (scenario.name, scenario.variant)))
+
+
+def path_safe(name: str) -> str:
+    """Return a name as part of a file's, 80 characters at most.
+
+    Examples
+    --------
+    >>> path_safe("poles@occlusion.hidden=0.5,noise=0")
+    'poles@occlusion.hidden=0.5,noise=0'
+    >>> path_safe("../tunnel@lit from/above")
+    '_tunnel@lit_from_above'
+    """
+    return re.sub(r"[^\w@.,=-]+", "_", name, flags=re.ASCII).lstrip(".")[:80]
 
 
 def spec_text(tracker: TrackerSpec) -> str:

@@ -31,13 +31,22 @@ _BOTH = (
     "trajectories.py",
     "datasets",
 )
-_FILMING = (*_BOTH, "generation.py", "scenarios", "render")
+_FILMING = (
+    *_BOTH,
+    "generation.py",
+    "takes.py",
+    "provenance.py",
+    "dialling",
+    "scenarios",
+    "render",
+)
 _TRACKING = (
     *_BOTH,
     "trackers",
     "tracking.py",
     "measures.py",
     "scores.py",
+    "score_rows.py",
     "score_tables.py",
 )
 _NOT_FOLLOWED = sys.stdlib_module_names | {"simbench"}

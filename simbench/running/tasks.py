@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Literal
 
 import cv2
 
 from simbench.datasets.native import read_sequence
-from simbench.errors import SimbenchError
+from simbench.errors import ScenarioError, SimbenchError
 from simbench.one_line import one_line
 from simbench.running.plan import Chase
 from simbench.running.workers import Report
@@ -20,13 +21,16 @@ from simbench.writing import written_whole
 __all__ = ["film", "follow"]
 
 
-def film(scenario: Scenario, seed: int, folder: Path, report: Report) -> str:
+def film(
+    scenario: Scenario, seed: int, folder: Path, report: Report
+) -> tuple[Literal["failed", "unreachable"], str] | None:
     """Generate one sequence into ``folder``.
 
     Returns
     -------
-    str
-        Empty, or one line that says why there is no sequence.
+    (status, reason) or None
+        Why there is no sequence: ``unreachable`` where the scenario asks for what
+        cannot be, with one line for the user.
     """
     # here, so that who only follows loads neither simulator nor renderer
     from simbench.generation import generate
@@ -35,9 +39,11 @@ def film(scenario: Scenario, seed: int, folder: Path, report: Report) -> str:
     shutil.rmtree(folder, ignore_errors=True)  # what an interrupted run left
     try:
         generate(scenario, seed, folder, progress=report)
+    except ScenarioError as error:
+        return "unreachable", str(error)
     except SimbenchError as error:
-        return str(error)
-    return ""
+        return "failed", str(error)
+    return None
 
 
 def follow(chase: Chase, timeout_s: float, report: Report) -> None:

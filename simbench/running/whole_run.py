@@ -16,6 +16,7 @@ from simbench.running.folder import RunFolder
 from simbench.running.grid import Progress, finished_scores, run_grid
 from simbench.running.request import Request, spec_text
 from simbench.scores import Scores
+from simbench.sweeping.swept import Swept, swept_scores
 
 __all__ = ["Outcome", "run_facts", "whole_run"]
 
@@ -29,18 +30,30 @@ class Outcome:
     scores : Scores
     report : Path
         The HTML file.
+    swept : Swept or None
+        What it amounts to as a sweep, if it is one.
     """
 
     scores: Scores
     report: Path
+    swept: Swept | None
 
     @property
     def failures(self) -> list[str]:
-        """One line for each run that failed."""
-        failed = self.scores.runs[self.scores.runs["status"] == "failed"]
+        """One line for each run that failed.
+
+        In a sweep, a value that cannot be reached is what was found, no failure, as
+        long as another one can.
+        """
+        status = self.scores.runs["status"]
+        is_failed = status != "ok"
+        if self.swept is not None and not (status == "unreachable").all():
+            is_failed = status == "failed"
         return [
-            f"{run.tracker} on {run.scenario}, seed {run.seed}: {run.reason}"
-            for run in failed.itertuples()
+            f"{run.tracker} on "
+            f"{'@'.join(filter(None, (str(run.scenario), str(run.variant))))}, "
+            f"seed {run.seed}: {run.reason}"
+            for run in self.scores.runs[is_failed].itertuples()
         ]
 
 
@@ -50,6 +63,7 @@ def whole_run(
     *,
     command: str,
     jobs: int = 1,
+    cluster: str = "",
     keep_sequences: bool = False,
     fresh: bool = False,
     progress: Progress | None = None,
@@ -65,6 +79,8 @@ def whole_run(
         What the user typed, for ``run.json``.
     jobs : int
         Worker processes at a time.
+    cluster : str
+        Address of a Dask scheduler whose workers do the work instead.
     keep_sequences : bool
         Leave the pictures in ``path/sequences``.
     fresh : bool
@@ -84,22 +100,29 @@ def whole_run(
         if folder.is_finished(request.digest):
             known = finished_scores(request, folder)
             if known is not None:
-                return Outcome(known, folder.report)
+                swept = _swept(request, known, path)
+                return Outcome(known, folder.report, swept)
         facts = run_facts(request, command)
         folder.write_facts(facts)
         scores, sequences = run_grid(
-            request, folder, jobs=jobs, keep_sequences=keep_sequences, progress=progress
+            request,
+            folder,
+            jobs=jobs,
+            cluster=cluster,
+            keep_sequences=keep_sequences,
+            progress=progress,
         )
         if progress is not None:
             progress(1.0, 1.0, "writing the report")
         scores.write(path)
+        swept = _swept(request, scores, path)
         facts["duration_s"] = round(time.monotonic() - began, 1)
         facts["finished"] = True
-        write_report(scores, list(sequences.values()), facts, folder.report)
+        write_report(scores, sequences, facts, folder.report, swept=swept)
         folder.write_facts(facts)
         if not keep_sequences:
             shutil.rmtree(folder.sequences, ignore_errors=True)
-    return Outcome(scores, folder.report)
+    return Outcome(scores, folder.report, swept)
 
 
 def run_facts(request: Request, command: str) -> dict[str, Any]:
@@ -117,6 +140,7 @@ def run_facts(request: Request, command: str) -> dict[str, Any]:
         "scenarios": [
             {
                 "name": scenario.name,
+                "variant": scenario.variant,
                 "title": scenario.title,
                 "tests": scenario.tests,
                 "digest": scenario.digest,
@@ -128,5 +152,15 @@ def run_facts(request: Request, command: str) -> dict[str, Any]:
             {"label": tracker.label, "spec": spec_text(tracker)}
             for tracker in request.trackers
         ],
+        "sweep": None if request.sweep is None else request.sweep.facts(),
         "duration_s": None,
     }
+
+
+def _swept(request: Request, scores: Scores, path: Path) -> Swept | None:
+    """Summarise a sweep, and write down what came out."""
+    if request.sweep is None:
+        return None
+    swept = swept_scores(scores.runs, request.sweep, request.rng())
+    swept.write(path)
+    return swept

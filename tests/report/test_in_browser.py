@@ -2,50 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from simbench.report import write_report
 from tests.report.drawn_run import drawn_run
+from tests.report.opened import opened
 
 pytestmark = pytest.mark.browser
-
-_ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-
-
-def chromium() -> str | None:
-    """Return where a Chromium is, None if there is none."""
-    return (
-        os.environ.get("SIMBENCH_CHROMIUM")
-        or shutil.which("chromium")
-        or shutil.which("google-chrome")
-    )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    executable = chromium()
-    if executable is None and not os.environ.get("CI"):
-        pytest.skip("no Chromium: set SIMBENCH_CHROMIUM to its path")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=executable, args=_ARGUMENTS
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -60,30 +27,8 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page(
     request: pytest.FixtureRequest, browser: Browser, report: Path
 ) -> Iterator[Page]:
-    """Open the report offline; at the end, fail on anything the browser minded."""
-    faults: list[str] = []
-    context = browser.new_context(
-        viewport={"width": request.param, "height": 900}, offline=True
-    )
-    page = context.new_page()
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on(
-        "console",
-        lambda said: faults.append(said.text) if said.type == "error" else None,
-    )
-    page.on(
-        "request",
-        lambda sent: (
-            faults.append(f"asked the network for {sent.url}")
-            if not sent.url.startswith(("file:", "data:", "blob:"))
-            else None
-        ),
-    )
-    page.goto(report.as_uri())
-    page.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
-    yield page
-    context.close()
-    assert faults == []
+    with opened(browser, report, request.param) as page:
+        yield page
 
 
 def traces(page: Page, chapter: str, plot: str) -> int:

@@ -115,19 +115,24 @@ def test_report_of_recorded_data_needs_neither_seed_nor_visibility(
     chapter_data(text)  # browsers know no NaN in JSON
 
 
-def test_variants_are_chapters_of_their_own_without_pictures(tmp_path: Path) -> None:
-    sequence = drawn_sequence("poles", 0)
-    track = jittered(sequence, np.random.default_rng(0), 1.0, 50)
-    both = Scores.concat(
-        [
-            score(track, sequence, tracker="mine"),
-            score(track, sequence, tracker="mine", variant="hidden=0.8"),
-        ]
+def test_variants_are_chapters_of_their_own_each_with_its_pictures(
+    tmp_path: Path,
+) -> None:
+    plain = drawn_sequence("poles", 0)
+    hidden, faster = (
+        replace(plain, scenario={"name": "poles", "variant": variant})
+        for variant in ("hidden=0.8", "fast")
     )
-    text = written(tmp_path, both, [sequence])
+    track = jittered(plain, np.random.default_rng(0), 1.0, 50)
+    scores = Scores.concat(
+        [score(track, one, tracker="mine") for one in (plain, hidden, faster)]
+    )
+    told = {"name": "poles", "variant": "fast", "title": "In a hurry"}
+    text = written(tmp_path, scores, [plain, hidden], {"scenarios": [told]})
     assert 'id="scenario-poles"' in text
     assert 'id="scenario-poles-hidden-0-8"' in text
-    assert text.count("data-player>") == 1
+    assert 'In a hurry <span class="id">poles · fast</span>' in text
+    assert text.count("data-player>") == 2
 
 
 def test_report_of_nothing_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""One dial or two turned up: what is filmed, where trackers break."""

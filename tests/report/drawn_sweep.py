@@ -1,0 +1,125 @@
+"""A sweep to report on: drawn sequences whose pole grows, and trackers that break."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from collections.abc import Sequence as Series
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from simbench.scores import Scores, score, score_failure, score_unmade
+from simbench.sequence import Sequence
+from simbench.sweeping.axes import Axis, Sweep
+from simbench.sweeping.swept import Swept, swept_scores
+from simbench.tracker import Track
+from tests.report.drawn_run import drawn_sequence, facts
+
+HIDDEN = Axis("occlusion.hidden", (0.0, 0.25, 0.5, 0.75, 1.0))
+NOISE = Axis("noise", (0.0, 0.2))
+SEEDS = (0, 1, 2)
+FRAMES = 40
+
+
+_WHOLE = {seed: drawn_sequence("poles", seed) for seed in SEEDS}
+
+
+def one_dial() -> Sweep:
+    """Return a sweep of the hidden share."""
+    return Sweep("poles", "", (HIDDEN,))
+
+
+def two_dials() -> Sweep:
+    """Return a sweep of the hidden share and the noise."""
+    return Sweep("poles", "", (HIDDEN, NOISE))
+
+
+@cache
+def drawn_sweep(
+    sweep: Sweep,
+) -> tuple[Scores, Series[Sequence], Mapping[str, Any], Swept]:
+    """Return scores, sequences of the first seed, facts, and what they amount to.
+
+    ``firm`` follows whatever hides the target. ``frail`` loses it for a share of the
+    frames that is that hidden (and noisy), so it breaks at 0.5 without noise; on seed 1
+    it was killed where all is hidden. The whole target cannot be hidden on seed 2.
+    """
+    parts, kept = [], []
+    for variant, values in sweep.points().items():
+        for seed in SEEDS:
+            if values[0] == 1.0 and seed == 2:
+                parts += [_unmade(variant, tracker) for tracker in ("firm", "frail")]
+                continue
+            sequence = _sequence(sweep, variant, values, seed)
+            kept += [sequence] if seed == 0 else []
+            parts.append(score(_lost_for(sequence, 0.0), sequence, tracker="firm"))
+            if values[0] == 1.0 and seed == 1:
+                parts.append(_killed(variant))
+                continue
+            lost = _lost_for(sequence, min(sum(values), 1.0))
+            parts.append(score(lost, sequence, tracker="frail"))
+    scores = Scores.concat(parts)
+    told = facts() | {"sweep": sweep.facts(), "trackers": []}
+    swept = swept_scores(scores.runs, sweep, np.random.default_rng(0))
+    return scores, kept, told, swept
+
+
+def _sequence(
+    sweep: Sweep, variant: str, values: tuple[float, ...], seed: int
+) -> Sequence:
+    """Return the first frames of a drawn sequence that says what it achieved."""
+    whole = _WHOLE[seed]
+    truth = whole.truth
+    visible = np.ones(FRAMES)
+    visible[20] = 1.0 - values[0]
+    asked = dict(zip(sweep.dials, values, strict=True))
+    return replace(
+        whole,
+        frames=whole.frames[:FRAMES],
+        truth=replace(
+            truth,
+            boxes=truth.boxes[:FRAMES],
+            visible_boxes=truth.visible_boxes[:FRAMES],
+            visible_fraction=visible,
+            absent=truth.absent[:FRAMES],
+            cut_by_image=truth.cut_by_image[:FRAMES],
+            displacement_px=truth.displacement_px[:FRAMES],
+            occluders=("",) * 20 + ("pole",) + ("",) * (FRAMES - 21),
+        ),
+        scenario={"name": "poles", "variant": variant},
+        requested=asked,
+        achieved={"occlusion.hidden": 0.98 * values[0]},
+    )
+
+
+def _lost_for(sequence: Sequence, share: float) -> Track:
+    """Return the truth, but far from it for a share of the frames at the end."""
+    count = len(sequence)
+    boxes = sequence.truth.boxes.copy()
+    boxes[count - round(share * (count - 1)) :, 0] += 500.0
+    used = np.full(count, 50)
+    return Track(boxes, np.ones(count), used, np.full(count, 0.01), seed=1)
+
+
+def _killed(variant: str) -> Scores:
+    return score_failure(
+        scenario="poles",
+        variant=variant,
+        seed=1,
+        tracker="frail",
+        reason="timeout after 1 s",
+        frame_count=FRAMES,
+    )
+
+
+def _unmade(variant: str, tracker: str) -> Scores:
+    return score_unmade(
+        scenario="poles",
+        variant=variant,
+        seed=2,
+        tracker=tracker,
+        reason="not reachable: nothing is that wide",
+        status="unreachable",
+    )
