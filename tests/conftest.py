@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 
 from simbench.sequence import Sequence
 from tests.tiny_sequence import tiny_sequence
+
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # Mesa's threads help one process, and get in the way of several
+    os.environ.setdefault("LP_NUM_THREADS", "0")
 
 
 @pytest.fixture

@@ -42,7 +42,7 @@ print(sorted(heavy & set(sys.modules)))
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["--help"]) == 0
     said = capsys.readouterr().out
-    for command in ("run", "generate", "check", "report", "list", "show", "doctor"):
+    for command in "run sweep generate check report list show doctor".split():
         assert f" {command} " in said
 
 
@@ -55,6 +55,7 @@ def test_list_tells_what_scenarios_test(capsys: pytest.CaptureFixture[str]) -> N
     assert execute(["list"]) == 0
     said = capsys.readouterr().out
     assert "every part works, in seconds" in said
+    assert "  @extreme" in said
     assert "condensation" in said
 
 
@@ -113,6 +114,25 @@ YAML = "title: t\ntests: t\nframes: 24\n"
             "check --baseline x.json --update", "--reason", id="update without reason"
         ),
         pytest.param("generate smoke", "Missing option", id="nowhere to write to"),
+        pytest.param(
+            "generate smoke --out a --count 2 --seeds 0", "leave --seeds out", id="both"
+        ),
+        pytest.param(
+            "generate smoke --out a --seed 3", "--seed goes with --count", id="seed"
+        ),
+        pytest.param(
+            "generate smoke --out a --format b", "unknown format 'b'", id="format"
+        ),
+        pytest.param(
+            "generate smoke --out a --split train", "are not divided", id="split"
+        ),
+        pytest.param(
+            "generate smoke --out a --channels b", "channels must be", id="channel"
+        ),
+        pytest.param("generate smoke smoke --out a", "must differ", id="two of a name"),
+        pytest.param("generate smoke --out .", "found other files", id="foreign data"),
+        pytest.param("generate smoke --out foo://a", "not known", id="protocol"),
+        pytest.param("run ./drawn.yaml", "drawn anew for each seed", id="draws"),
         pytest.param("sing", "No such command", id="command"),
     ],
 )
@@ -121,6 +141,7 @@ def test_mistake_is_one_line_and_status_2(
 ) -> None:
     Path("broken.yaml").write_text("name: [")
     Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
+    Path("drawn.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
     settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
     empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}

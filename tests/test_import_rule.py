@@ -19,6 +19,7 @@ LOWER_FLOOR = {
     "mask",
     "measures",
     "one_line",
+    "photometry",
     "sequence",
     "tracker",
     "trajectories",
@@ -33,7 +34,9 @@ MAY_IMPORT = {
     "upper": {"lower", "scenarios", "render", "trackers", "upper"},
 }
 ONLY_THERE = {
-    "libsumo": {"simbench.scenarios.traffic"},
+    "distributed": {"simbench.running.cluster"},
+    "fsspec": {"simbench.producing.url_store"},
+    "libsumo": {"simbench.scenarios.network_traffic", "simbench.scenarios.traffic"},
     "pyrender": {
         "simbench.render.batches",
         "simbench.render.offscreen",
@@ -45,6 +48,7 @@ ONLY_THERE = {
         "simbench.render.offscreen",
         "simbench.render.pyrender_camera",
         "simbench.render.shader_programs",
+        "simbench.render.textures",
     },
 }
 

@@ -2,53 +2,130 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from simbench.cli.arguments import Frames, Names, Seeds, scenarios_from
+from simbench.cli.arguments import Cluster, Frames, Jobs, Names, recipes_from
 from simbench.cli.display import interruptible, progress_bar
+from simbench.errors import SimbenchError
+
+if TYPE_CHECKING:
+    from simbench.producing.production import Outcome
+    from simbench.producing.wanted import Batch, Wanted
+    from simbench.scenarios.recipe import Recipe
 
 __all__ = ["generate", "show"]
+
+MOST = 1_000_000
+_LINES = 20  # of what failed; all of it stands in the data set
 
 
 def generate(
     scenarios: Names,
-    out: Annotated[Path, typer.Option(help="Folder for the sequences.")],
-    seeds: Seeds = "0:1",
+    out: Annotated[
+        str, typer.Option(metavar="DIR|URL", help="Folder, or any fsspec URL.")
+    ],
+    count: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=MOST, help="Sequences in all, spread evenly over the scenarios."
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="With --count: the first seed of each.")
+    ] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(help="Of each scenario: 0:5, or numbers 0,3,7, or both."),
+    ] = None,
+    layout: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help="native, got10k, vot, otb, mot17, davis, youtube-vis or coco.",
+        ),
+    ] = "native",
+    split: Annotated[
+        str,
+        typer.Option(help="train, val or test; by default what readers look at first."),
+    ] = "",
+    channels: Annotated[
+        str, typer.Option(help="Beside the pictures: depth, flow, or both by a comma.")
+    ] = "",
+    licence: Annotated[
+        str, typer.Option(help="Of the pictures, for the data set's card.")
+    ] = "",
     frames: Frames = None,
+    jobs: Jobs = None,
+    cluster: Cluster = "",
 ) -> None:
-    """Film scenarios into folders OUT/SCENARIO-SEED; finished ones are left alone."""
-    from simbench import generation
-    from simbench.running.request import parse_seeds
+    """Make a data set; the same call again goes on where it stopped.
 
-    wanted = [
-        (scenario, seed, out / f"{scenario.name}-{seed:04d}")
-        for scenario in scenarios_from(scenarios, frames)
-        for seed in parse_seeds(seeds)
-    ]
+    A scenario that cannot be told costs its own sequence; the exit status is then 1.
+    """
+    from simbench.datasets.channels import require_known
+    from simbench.environment import core_count
+    from simbench.producing.production import produce_dataset
+    from simbench.producing.wanted import Wanted
+
+    recipes = recipes_from(scenarios, frames)
+    batches = _batches(recipes, count, seed, seeds)
+    recorded = require_known(filter(None, channels.replace(" ", "").split(",")))
+    wanted = Wanted(batches, layout, split, recorded)
     console = Console()
-    all_frames = sum(scenario.frames for scenario, _, _ in wanted)
-    before = 0
     with (
         interruptible("the same command goes on from here"),
-        progress_bar(console) as tell,
+        progress_bar(console) as progress,
     ):
-        for scenario, seed, folder in wanted:
-            title = f"filming: {scenario.name}, seed {seed}"
+        outcome = produce_dataset(
+            wanted,
+            out,
+            command=shlex.join(["simbench", *sys.argv[1:]]),
+            licence=licence,
+            jobs=jobs or core_count(),
+            cluster=cluster,
+            progress=progress,
+        )
+    _print(console, outcome, out, wanted)
+    raise typer.Exit(1 if outcome.lost else 0)
 
-            def step(
-                done: int, _: int, before: int = before, what: str = title
-            ) -> None:
-                tell(before + done, all_frames, what)
 
-            if generation.finished_sequence(folder, scenario, seed) is None:
-                generation.generate(scenario, seed, folder, progress=step)
-            before += scenario.frames
-    for _, _, folder in wanted:
-        console.print(str(folder), highlight=False, soft_wrap=True)
+def _batches(
+    recipes: list[Recipe], count: int | None, seed: int | None, seeds: str | None
+) -> tuple[Batch, ...]:
+    from simbench.producing.wanted import Batch, spread
+    from simbench.running.request import parse_seeds
+
+    if count is not None and seeds is not None:
+        raise SimbenchError("--count counts seeds up by itself: leave --seeds out")
+    if count is not None:
+        return spread(recipes, count, seed or 0)
+    if seed is not None:
+        raise SimbenchError("--seed goes with --count; else say --seeds")
+    return tuple(Batch(recipe, parse_seeds(seeds or "0")) for recipe in recipes)
+
+
+def _print(console: Console, outcome: Outcome, out: str, wanted: Wanted) -> None:
+    def line(text: str, style: str | None = None) -> None:
+        console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
+
+    lost = [f"failed: {name}: {reason}" for name, reason in outcome.lost.items()]
+    for text in lost[:_LINES]:
+        line(text, "red")
+    if len(lost) > _LINES:
+        line(f"failed: {len(lost) - _LINES} more, see dataset.json", "red")
+    there = f", {outcome.kept} were there" if outcome.kept else ""
+    failed = f", {len(lost)} failed" if lost else ""
+    line(f"{outcome.made} of {len(wanted)} sequences made{there}{failed}: {out}")
+    if wanted.layout == "native" and len(wanted) <= _LINES:
+        for wish in wanted:
+            if wish.name not in outcome.lost:
+                line(f"{out.rstrip('/')}/{wish.name}")
 
 
 def show(
@@ -60,9 +137,10 @@ def show(
     frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,
 ) -> None:
     """Film a scenario's first frame, draw the truth into it, and write a PNG."""
+    from simbench.scenarios.recipe import load_recipe
     from simbench.showing import write_picture
 
-    (scenario,) = scenarios_from([name], None)
+    scenario = load_recipe(name).scenario(seed)
     path = out or Path(f"{scenario.name}.png")
     with interruptible("nothing was written"):
         write_picture(scenario, seed, frame, path)

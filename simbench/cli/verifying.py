@@ -11,7 +11,7 @@ from simbench.cli.arguments import Jobs
 from simbench.cli.display import interruptible, progress_bar
 
 if TYPE_CHECKING:
-    from simbench.likeness import Finding
+    from simbench.verifying.likeness import Finding
 
 __all__ = ["verify"]
 
@@ -35,8 +35,8 @@ def verify(
     processes, and what differs is said with its first frame and how much.
     """
     from simbench.environment import core_count
-    from simbench.verifying import find_subjects
-    from simbench.verifying import verify as verify_all
+    from simbench.verifying.verification import find_subjects
+    from simbench.verifying.verification import verify as verify_all
 
     console = Console()
     subjects, total = find_subjects(place, sample)

@@ -26,11 +26,11 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Literal, Protocol, Self
 
 from simbench.one_line import one_line
 
-__all__ = ["Crew", "Event", "Job", "Report"]
+__all__ = ["Crew", "Event", "Job", "Report", "Workforce"]
 
 Report = Callable[[int, int], None]
 """What a job calls with the frames done and their total."""
@@ -84,6 +84,24 @@ class Event:
     job: Job
     kind: Literal["progress", "done", "failed", "died", "timeout"]
     value: Any
+
+
+class Workforce(Protocol):
+    """Whoever does jobs: workers of this machine, or of many."""
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no job is under way."""
+
+    @property
+    def has_room(self) -> bool:
+        """Whether another job may start."""
+
+    def start(self, job: Job) -> None:
+        """Have a job done."""
+
+    def events(self, within_s: float) -> Iterator[Event]:
+        """Wait until something happens, at most ``within_s``, and say what."""
 
 
 class _Worker:

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from simbench.errors import DatasetError
-from simbench.likeness import Finding
-from simbench.remaking import STEPS, remake_entry, remake_sequence
+from simbench.producing.dataset_record import RECORD, Entries, read_record
+from simbench.producing.store import open_store
 from simbench.running.bounds import environment, film_limit_s
-from simbench.running.dataset_record import RECORD, Entries, read_record
 from simbench.running.folder import RunFolder
-from simbench.running.store import open_store
 from simbench.running.workers import Crew, Event, Job
+from simbench.verifying.likeness import Finding
+from simbench.verifying.remaking import STEPS, remake_entry, remake_sequence
 
 __all__ = ["Progress", "Subject", "find_subjects", "spread", "verify"]
 

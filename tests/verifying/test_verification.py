@@ -18,7 +18,6 @@ from simbench.cli import execute
 from simbench.datasets.native import read_sequence, write_frame, write_sequence
 from simbench.errors import DatasetError
 from simbench.frame import Frame
-from simbench.likeness import Finding, differences
 from simbench.mask import Mask
 from simbench.provenance import (
     PARTS,
@@ -27,7 +26,8 @@ from simbench.provenance import (
     truth_digests,
 )
 from simbench.sequence import Sequence
-from simbench.verifying import find_subjects, spread, verify
+from simbench.verifying.likeness import Finding, differences
+from simbench.verifying.verification import find_subjects, spread, verify
 
 
 def recorded(sequence: Sequence) -> Sequence:

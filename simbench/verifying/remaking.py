@@ -16,12 +16,12 @@ from pydantic import ValidationError
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.native import read_sequence
 from simbench.errors import DatasetError, SimbenchError
-from simbench.likeness import Difference, Finding, differences, picture_gap
+from simbench.producing.one_sequence import Order, produce
+from simbench.producing.store import Store, open_store
 from simbench.provenance import PARTS
-from simbench.running.producing import Order, produce
-from simbench.running.store import Store, open_store
 from simbench.running.workers import Report
 from simbench.scenarios.schema import Scenario
+from simbench.verifying.likeness import Difference, Finding, differences, picture_gap
 
 __all__ = ["STEPS", "remake_entry", "remake_sequence"]
 
@@ -80,7 +80,7 @@ def remake_entry(
     how : mapping
         What ``dataset.json`` says of the whole: format, split, channels.
     entry : mapping
-        What ``entries/`` says of this one, see `simbench.running.producing`.
+        What ``entries/`` says of this one, see `simbench.producing.one_sequence`.
     scratch : Path
         Free name for a folder.
     report : callable of (done, total)

@@ -1,0 +1,1 @@
+"""Data sets at any scale: what is wanted, made, delivered and recorded."""

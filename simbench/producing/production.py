@@ -1,0 +1,226 @@
+"""Data sets, made sequence by sequence, by as many processes as there are.
+
+Whatever interrupts it, the same call goes on where it was: what has an entry (see
+`simbench.producing.one_sequence`) is left alone, what was on its way is cleared and
+made again. At no time does a process hold, in memory or on its disk, more pictures than
+those of the sequence it is making.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from simbench.datasets.card import card
+from simbench.datasets.formats import find_format
+from simbench.errors import DatasetError, SimbenchError
+from simbench.producing.dataset_record import Entries, Record, require_room, tidy
+from simbench.producing.one_sequence import Order, bring, produce
+from simbench.producing.store import FolderStore, Store, open_store
+from simbench.producing.wanted import Wanted, Wish
+from simbench.running.bounds import film_limit_s
+from simbench.running.claim import emptied
+from simbench.running.cluster import workforce
+from simbench.running.request import digest_of
+from simbench.running.workers import Event, Job, Workforce
+
+__all__ = ["Outcome", "produce_dataset"]
+
+Progress = Callable[[float, float, str], None]
+
+_THOUSANDTHS = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came out of a production.
+
+    Attributes
+    ----------
+    made, kept : int
+        Sequences made now, and those that were there already.
+    lost : dict from str to str
+        One line for each sequence that could not be made, by its name.
+    """
+
+    made: int
+    kept: int
+    lost: dict[str, str]
+
+
+def produce_dataset(
+    wanted: Wanted,
+    place: str,
+    *,
+    command: str,
+    licence: str = "",
+    jobs: int = 1,
+    cluster: str = "",
+    progress: Progress | None = None,
+) -> Outcome:
+    """Make all sequences of a data set that are not there yet, and its index.
+
+    Parameters
+    ----------
+    wanted : Wanted
+    place : str
+        Local folder or fsspec URL: new, empty, or a data set in the same layout, which
+        is then added to.
+    command : str
+        What the user typed, for ``dataset.json``.
+    licence : str
+        Of the pictures, for the card.
+    jobs : int
+        Worker processes at a time.
+    cluster : str
+        Address of a Dask scheduler whose workers do the work instead.
+    progress : callable of (done, total, what), optional
+        Counts sequences.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    DatasetError
+        If the place cannot be used, or stops being usable.
+    ClusterError
+        If the cluster cannot, or does.
+    """
+    store = open_store(place)
+    if cluster and store.is_private:
+        raise DatasetError(f"{store}: the workers of a cluster cannot write there")
+    require_room(store)
+    with store.claimed(), emptied(_scratch(store)) as scratch:
+        shared = store.path if isinstance(store, FolderStore) else None
+        log = scratch / "workers.log"
+        with workforce(jobs, cluster, scratch, log, shared) as crew:
+            record = Record.begun(store, wanted, command)
+            finished = tidy(store, wanted)
+            making = _Making(wanted, finished, store, scratch)
+            while making.step(crew):
+                store.still_ours()
+                if progress is not None:
+                    progress(*making.standing())
+        if progress is not None:
+            progress(1.0, 1.0, "writing the index")
+        index = _index(wanted, store, command, licence)
+        _write(index, store, scratch / "index")
+        if making.lost and log.exists():  # says more than a line
+            store.take({"workers.log": log})
+        record.end(len(Entries(store)), making.lost)
+    return Outcome(making.made, len(finished), making.lost)
+
+
+class _Making:
+    """Which sequences wait, which are under way, and which are lost."""
+
+    def __init__(
+        self, wanted: Wanted, finished: set[str], store: Store, scratch: Path
+    ) -> None:
+        self.wanted = wanted
+        self.store = store
+        self.scratch = scratch
+        self.waiting = (wish for wish in wanted if wish.name not in finished)
+        self.next = next(self.waiting, None)
+        self.kept = len(finished)
+        self.made = 0
+        self.lost: dict[str, str] = {}
+        self.under_way: dict[str, float] = {}
+
+    def step(self, crew: Workforce) -> bool:
+        """Give out work, wait for news and hear it; return whether anything is left."""
+        while self.next is not None and crew.has_room:
+            wish, self.next = self.next, next(self.waiting, None)
+            try:
+                order = self.order(wish)
+            except SimbenchError as error:  # drawn values that do not go together
+                self.lost[wish.name] = str(error)
+                continue
+            self.under_way[order.name] = 0.0
+            limit_s = film_limit_s(order.scenario.frames)
+            crew.start(Job(order, "film", produce, (order,), limit_s))
+        for event in crew.events(within_s=0.5):
+            self.hear(event)
+        return self.next is not None or not crew.is_idle
+
+    def order(self, wish: Wish) -> Order:
+        return Order(
+            name=wish.name,
+            key=wish.key,
+            scenario=wish.recipe.scenario(wish.seed),
+            seed=wish.seed,
+            layout=self.wanted.layout,
+            split=self.wanted.split,
+            channels=self.wanted.channels,
+            place=self.store.address,
+            left_at=self.scratch / wish.name if self.store.is_private else None,
+        )
+
+    def hear(self, event: Event) -> None:
+        order: Order = event.job.name
+        if event.kind == "progress":
+            self.under_way[order.name] = min(event.value / _THOUSANDTHS, 1.0)
+            return
+        del self.under_way[order.name]
+        if event.kind == "timeout":
+            result, reason = "lost", f"timeout after {event.job.limit_s:g} s"
+        elif event.kind == "done":
+            result, reason = event.value
+        else:
+            result, reason = "lost", event.value
+        if result == "stop":
+            raise DatasetError(reason)
+        if result == "lost":
+            self.lost[order.name] = reason
+            return
+        if order.left_at is not None:
+            bring(order.left_at, self.store, order)
+            shutil.rmtree(order.left_at)
+        self.made += 1
+
+    def standing(self) -> tuple[float, float, str]:
+        """Return the sequences done, all of them, and what is being done."""
+        done = self.kept + self.made + len(self.lost)
+        doing = next(iter(self.under_way), "")
+        title = f"{done} of {len(self.wanted)} sequences; {doing}"
+        return done + sum(self.under_way.values()), len(self.wanted), title
+
+
+def _index(
+    wanted: Wanted, store: Store, command: str, licence: str
+) -> Iterator[tuple[str, Iterable[str]]]:
+    """Yield the files over all sequences, of this production and earlier ones."""
+    layout = find_format(wanted.layout, wanted.split or None)
+    yield from layout.index(Entries(store, "layout"))
+    summaries = Entries(store, "summary")
+    if len(summaries):
+        facts = {"command": command, "format": wanted.layout, "licence": licence}
+        text, content = card(summaries, facts)
+        yield "CARD.md", [text]
+        yield "card.json", [json.dumps(content, indent=1, allow_nan=False), "\n"]
+
+
+def _write(
+    files: Iterable[tuple[str, Iterable[str]]], store: Store, folder: Path
+) -> None:
+    for path, chunks in files:
+        local = folder / path
+        local.parent.mkdir(parents=True, exist_ok=True)
+        with local.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(chunks)
+        store.take({path: local})
+
+
+def _scratch(store: Store) -> Path:
+    """Return where workers make their files: beside their place, if that is local."""
+    if isinstance(store, FolderStore):
+        return store.path / ".scratch"
+    name = f"simbench-{os.getuid()}-{digest_of(str(store))[:12]}"
+    return Path(tempfile.gettempdir()) / name

@@ -1,0 +1,1 @@
+"""Making sequences anew, and telling what differs."""

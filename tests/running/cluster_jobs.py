@@ -1,0 +1,16 @@
+"""Jobs for the workers of a cluster, which import them by name."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+from simbench.running.workers import Report
+
+
+def begin_then_write(seconds: float, begun: Path, late: Path, report: Report) -> None:
+    """Write in a file that it began and in which process, and later another file."""
+    begun.write_text(f"{os.getpid()} {os.getppid()}")
+    time.sleep(seconds)
+    late.write_text("still here")
