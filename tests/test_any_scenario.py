@@ -41,7 +41,7 @@ def _answer(content: dict[str, Any]) -> str:
 @pytest.mark.parametrize(
     "seed",
     [
-        pytest.param(seed, marks=[] if seed < 12 else pytest.mark.slow)
+        pytest.param(seed, marks=[] if seed < 6 else pytest.mark.slow)
         for seed in range(300)
     ],
 )

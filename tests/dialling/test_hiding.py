@@ -52,7 +52,9 @@ def test_a_girder_hides_what_a_camera_sees_from_above() -> None:
         solved(low, 0)
 
 
-@pytest.mark.parametrize(("hidden", "frames"), [(0.5, 18), (0.9, 24)])
+@pytest.mark.parametrize(
+    ("hidden", "frames"), [(0.5, 18), pytest.param(0.9, 24, marks=pytest.mark.slow)]
+)
 def test_a_sign_hides_a_share_for_a_time(hidden: float, frames: int) -> None:
     asked = roadside().with_dials(
         {"occlusion.hidden": hidden, "occlusion.frames": frames}
@@ -94,7 +96,7 @@ def test_a_story_that_shows_what_is_asked_is_left_as_it_is() -> None:
     assert solved(asked, 0) is asked
 
 
-@pytest.mark.parametrize("hidden", [0.5, 0.95])
+@pytest.mark.parametrize("hidden", [0.5, pytest.param(0.95, marks=pytest.mark.slow)])
 def test_a_vehicle_drives_between_camera_and_target(hidden: float) -> None:
     beside: dict[str, Any] = {
         "position": {"along_m": 0, "lateral_m": 14, "height_m": 2.5},
