@@ -12,10 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.box import gap
+from simbench.errors import ScenarioError
 from simbench.scenarios.schema import Dials, Scenario
 from simbench.sequence import Truth
 
-__all__ = ["TOLERANCE", "Hiding", "achieved_dials", "missed", "occlusions_of", "set_up"]
+__all__ = [
+    "MOST_FRAMES",
+    "TAKES",
+    "TOLERANCE",
+    "Hiding",
+    "achieved_dials",
+    "missed",
+    "most_frames",
+    "occlusions_of",
+    "set_up",
+]
 
 TOLERANCE: dict[str, tuple[float, float]] = {
     "displacement_px": (0.10, 0.0),
@@ -27,6 +38,12 @@ TOLERANCE: dict[str, tuple[float, float]] = {
 }
 """How far what is reached may be from what is asked: a share of it, and a number."""
 
+TAKES = 3
+"""Films made in search of one whose truth shows what was asked for."""
+MOST_FRAMES = 3000
+"""Frames that a story may get by a small ``displacement_px``."""
+_LEAST_FRAMES = 2
+_TALLEST_PX = 2160
 _NOTHING = 0.05
 """Peak hidden share below which there is no occlusion to speak of."""
 
@@ -151,6 +168,11 @@ def set_up(scenario: Scenario) -> Scenario:
     """Set what dials set by themselves: light, sensor, resolution, frame rate.
 
     The story keeps its time span: at another frame rate it has more frames, or fewer.
+
+    Raises
+    ------
+    ScenarioError
+        If fewer than two frames are left, or the picture gets too large.
     """
     dials, imaging = scenario.dials, scenario.imaging
     changes: dict[str, float] = {
@@ -172,8 +194,39 @@ def set_up(scenario: Scenario) -> Scenario:
         lit = {"illumination": dials.illumination}
         parts["light"] = scenario.light.model_copy(update=lit)
     ready = scenario.model_copy(update=parts) if parts else scenario
+    if ready.imaging.height_px > _TALLEST_PX:
+        raise ScenarioError(
+            f"{scenario.name}: dials.resolution {dials.resolution} makes the picture "
+            f"{ready.imaging.height_px} px high, wanted at most {_TALLEST_PX}"
+        )
     rate = dials.frame_rate_hz
-    return ready if rate is None else ready.retimed(rate, keep_every=1)
+    if rate is None:
+        return ready
+    told = ready.retimed(rate, keep_every=1)
+    if told.frames < _LEAST_FRAMES:
+        raise ScenarioError(
+            f"{scenario.name}: dials.frame_rate_hz {rate:g} leaves {told.frames} frame "
+            f"of a story of {scenario.duration_s:.2f} s, wanted at least "
+            f"{_LEAST_FRAMES}: make the story longer (frames)"
+        )
+    return told
+
+
+def most_frames(scenario: Scenario) -> int:
+    """Return the most frames that filming may have to make, takes that fail included.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> smoke = simbench.load_scenario("smoke")
+    >>> most_frames(smoke), most_frames(smoke.with_dials({"occlusion.hidden": 0.5}))
+    (24, 72)
+    """
+    dials = scenario.dials
+    frames = set_up(scenario).frames
+    if dials.displacement_px is not None:
+        frames = max(frames, MOST_FRAMES)
+    return frames * (1 if dials.occlusion is None else TAKES)
 
 
 def _settings(scenario: Scenario) -> dict[str, float]:

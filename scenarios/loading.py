@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Hashable
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -176,17 +177,23 @@ def _found(text: str) -> tuple[Path, str]:
     raise ScenarioError(f"unknown scenario {text!r}: {hint}")
 
 
+_MOST_VALUES = 100_000
+
+
 class _Loader(yaml.SafeLoader):
     """YAML in which a key may stand only once in a mapping."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
         """Refuse what plain YAML would take the last of, silently."""
-        keys = [self.construct_object(key, deep=deep) for key, _ in node.value]
-        for key, (mark, _) in zip(keys, node.value, strict=True):
-            if keys.count(key) > 1:
+        seen = set()
+        for mark, _ in node.value:
+            key = self.construct_object(mark, deep=True)
+            if not isinstance(key, Hashable) or key in seen:
+                fault = "stands twice" if isinstance(key, Hashable) else "is no key"
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key!r} stands twice", mark.start_mark
+                    None, None, f"{key!r} {fault}", mark.start_mark
                 )
+            seen.add(key)
         return super().construct_mapping(node, deep)
 
 
@@ -199,12 +206,29 @@ def _read_yaml(path: Path) -> Any:
     except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: must be UTF-8 text: {error}") from error
     try:
-        return yaml.load(text, Loader=_Loader)
-    except yaml.YAMLError as error:
+        content = yaml.load(text, Loader=_Loader)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise ScenarioError(f"{path}: is not YAML: {reason}") from error
-    except (RecursionError, ValueError) as error:
-        raise ScenarioError(f"{path}: is not usable YAML: {error}") from error
+    _require_small(path, content)
+    return content
+
+
+def _require_small(path: Path, content: Any) -> None:
+    """Refuse what aliases blow up, without end or to more than a scenario can hold."""
+    todo, count = [content], 0
+    while todo:
+        part = todo.pop()
+        count += 1
+        if count > _MOST_VALUES:
+            raise ScenarioError(
+                f"{path}: wanted at most {_MOST_VALUES} values, found more, or an "
+                "alias that stands for itself"
+            )
+        if isinstance(part, dict):
+            todo.extend(part.values())
+        elif isinstance(part, list):
+            todo.extend(part)
 
 
 def _read_mapping(path: Path) -> dict[str, Any]:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from simbench.dialling.hiding import TrafficInTheWayError
 from simbench.dialling.solving import require_reached, solved
-from simbench.errors import RenderError, SimbenchError
+from simbench.errors import RenderError, ScenarioError, SimbenchError
 from simbench.render.channels import ChannelRecorder
 from simbench.render.filming import TargetHiddenError, film
-from simbench.scenarios.dials import achieved_dials, missed
+from simbench.scenarios.dials import TAKES, achieved_dials, missed
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, set_stage
 from simbench.sequence import Truth
@@ -23,8 +23,6 @@ __all__ = ["film_as_asked", "film_in_view"]
 
 logger = logging.getLogger(__name__)
 
-_TAKES = 3
-"""Films made in search of one whose truth shows what was asked for."""
 _CORRIGIBLE = 0.15
 """Hidden share by which a film may miss and be made again; more has another cause."""
 _STARTS = 10
@@ -65,8 +63,8 @@ def film_as_asked(
     ScenarioError, TrafficError, RenderError
         If the story cannot be told, driven or filmed, or a dial cannot be reached.
     """
-    correction = 0.0
-    for _ in range(_TAKES):
+    correction, asked = 0.0, scenario.dials.flat()
+    for _ in range(TAKES):
         stage, truth = film_in_view(
             scenario,
             seed,
@@ -77,8 +75,8 @@ def film_as_asked(
         )
         achieved = achieved_dials(truth, stage.scenario)
         misses = missed(scenario.dials, achieved)
-        off = misses.get("occlusion.hidden", np.nan)
-        if not abs(off) < _CORRIGIBLE:
+        off = misses.pop("occlusion.hidden", np.nan)
+        if misses or asked.get("occlusion.hidden") == 0 or not abs(off) < _CORRIGIBLE:
             break
         correction -= off
         logger.info("seed %d: filmed again, aim moved by %.3f", seed, correction)
@@ -143,13 +141,12 @@ def film_in_view(
     raise unfit
 
 
-def _with_reason(error: RenderError, asked: Scenario, told: Scenario) -> RenderError:
+def _with_reason(error: RenderError, asked: Scenario, told: Scenario) -> SimbenchError:
     """Say that it was a dial that chose the lens, where it was."""
     if told.camera.fov_rad == asked.camera.fov_rad:
         return error
-    return RenderError(
-        f"{error} (dials set camera.fov_rad to {told.camera.fov_rad:.3g})"
-    )
+    fov = told.camera.fov_rad
+    return ScenarioError(f"{error} (dials set camera.fov_rad to {fov:.3g})")
 
 
 def _told(scenario: Scenario, seed: int, skip: int, correction: float) -> Stage:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from simbench.scenarios.schema.strict import Strict
 
@@ -22,16 +22,24 @@ class Occlusion(Strict):
     )
     frames: int | None = Field(
         default=None,
-        ge=0,
+        ge=1,
         le=2000,
         description="Frames of one occlusion with more than half its peak hidden.",
     )
     count: int | None = Field(default=None, ge=0, le=20, description="Occlusions.")
     by: Hider | None = Field(
         default=None,
-        description="What hides; null: what the scenario has there, a sign where "
-        "frames is given, else a pole.",
+        description="What hides; null: a sign where frames is given, else what the "
+        "scenario has there, else a pole.",
     )
+
+    @model_validator(mode="after")
+    def _count_agrees_with_share(self) -> Self:
+        if self.count == 0 and (self.hidden or 0.0) > 0.0:
+            raise ValueError(
+                f"count 0 and hidden {self.hidden:g} contradict each other"
+            )
+        return self
 
 
 class Distractors(Strict):
@@ -65,7 +73,7 @@ class Dials(Strict):
     vibration_px: float | None = Field(default=None, ge=0, le=50)
     noise: float | None = Field(default=None, ge=0, le=0.5)
     frame_rate_hz: float | None = Field(
-        default=None, gt=0, le=100, description="Of the frames kept."
+        default=None, gt=0.05, le=100, description="Of the frames kept."
     )
     resolution: int | None = Field(
         default=None, ge=64, le=3840, description="Width of the picture in px."

@@ -68,7 +68,8 @@ Timeout = Annotated[
 ]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Do again what is done already.")]
 Frames = Annotated[
-    int | None, typer.Option(min=2, help="Cut each scenario to this many frames.")
+    int | None,
+    typer.Option(min=2, help="Cut scenarios to this many frames; dials come after."),
 ]
 
 

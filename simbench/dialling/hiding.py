@@ -19,11 +19,18 @@ from simbench.dialling.trials import lasts_of, least, peak_of, scale_m
 from simbench.errors import ScenarioError
 from simbench.scenarios.schema import Occluder, Occlusion, Scenario
 
-__all__ = ["TrafficInTheWayError", "hidden_as_asked", "middles", "require_clear"]
+__all__ = [
+    "TrafficInTheWayError",
+    "hidden_as_asked",
+    "middles",
+    "require_alone",
+    "require_clear",
+]
 
 _CLEAR = 0.05
 """Share of the target that traffic may hide where occlusion is a dial."""
 _WHOLE = 0.995
+_STILL = 0.05  # px a frame
 
 
 class TrafficInTheWayError(ScenarioError):
@@ -71,7 +78,7 @@ def hidden_as_asked(
         If it cannot be done; the message says what would have to give.
     """
     scenario = rehearsal.stage.scenario
-    require_clear(rehearsal)
+    require_alone(rehearsal)
     on_map = tuple(o for o in scenario.occluders if o.hides_at_s is None)
     events = _events(rehearsal, asked)
     if asked.hidden == 0 or not events:
@@ -99,9 +106,7 @@ def require_clear(rehearsal: Rehearsal) -> None:
     shown = np.flatnonzero(~np.isnan(rehearsal.boxes[:, 0]))
     if not len(shown):
         raise unseen(rehearsal.stage.scenario)
-    traffic = max(
-        (rehearsal.veil(int(frame)).by_vehicle for frame in shown), default=0.0
-    )
+    traffic = max(rehearsal.veil(int(frame)).by_traffic for frame in shown)
     if traffic > _CLEAR:
         raise TrafficInTheWayError(
             f"{_name(rehearsal)}: dials.occlusion: traffic itself hides "
@@ -111,19 +116,46 @@ def require_clear(rehearsal: Rehearsal) -> None:
         )
 
 
+def require_alone(rehearsal: Rehearsal) -> None:
+    """Refuse a story whose own strangers hide the target beside what a dial adds.
+
+    Raises
+    ------
+    ScenarioError
+    """
+    shown = np.flatnonzero(~np.isnan(rehearsal.boxes[:, 0]))
+    most = max(rehearsal.veil(int(frame)).by_stranger for frame in shown)
+    if most > _CLEAR:
+        raise ScenarioError(
+            f"{_name(rehearsal)}: dials.occlusion: strangers of the story hide "
+            f"{most:.2f} of the target: leave them out, or raise the camera"
+        )
+
+
 def _events(rehearsal: Rehearsal, asked: Occlusion) -> list[_Event]:
     """Say when and where each occlusion is to be, its size still open."""
     stage = rehearsal.stage
-    told = [o for o in stage.scenario.occluders if o.hides_at_s is not None]
+    told = [
+        occluder
+        for occluder in stage.scenario.occluders
+        if occluder.hides_at_s is not None
+        and occluder.kind != "lamp"  # whose width hides nothing
+    ]
     count = asked.count
     if count is None:
         count = len(told) or 1
     by = asked.by
-    if by is None and asked.frames is not None and (asked.hidden or 0.0) < 1.0:
+    if by is None and asked.frames is not None:
         by = "sign"
     times = stage.trajectories.times
     if len(told) == count:
         frames = [int(np.argmin(np.abs(times - (o.hides_at_s or 0.0)))) for o in told]
+        for occluder, frame in zip(told, frames, strict=True):
+            if np.isnan(rehearsal.boxes[frame, 0]):
+                raise ScenarioError(
+                    f"{_name(rehearsal)}: dials.occlusion: an occluder hides at "
+                    f"{occluder.hides_at_s:g} s, when the target is not in the picture"
+                )
         same = by is None or all(o.kind == by for o in told)
         if same:
             return [_Event(o, f) for o, f in zip(told, frames, strict=True)]
@@ -218,7 +250,13 @@ def _long_sign(
     sign = event.occluder.model_copy(
         update={"panel_m": panel, "tilt_rad": tilt, "width_m": max(step, along) * 2}
     )
-    shortest = along / max(step, 1e-9)
+    if step < _STILL * scale:
+        raise ScenarioError(
+            f"{_name(rehearsal)}: dials.occlusion.frames: the target stands still in "
+            "the picture when it is to be hidden: ask without frames, or change the "
+            "story"
+        )
+    shortest = along / step
     if frames + 1.5 < shortest:
         raise ScenarioError(
             f"{_name(rehearsal)}: dials.occlusion.frames {frames} cannot be reached: "
@@ -270,7 +308,10 @@ def _course(rehearsal: Rehearsal, frame: int) -> tuple[float, float]:
     """
     around = slice(max(0, frame - 4), frame + 5)
     moves = np.diff(centers(rehearsal.boxes[around]), axis=0)
-    across, down = np.nanmedian(moves, axis=0)
+    moves = moves[~np.isnan(moves[:, 0])]
+    if not len(moves):
+        return 0.0, 0.0
+    across, down = np.median(moves, axis=0)
     # as the camera sees a panel, its y points left and its z up
     tilt = float(np.arctan2(-down, -across))
     tilt = (tilt + np.pi / 2.0) % np.pi - np.pi / 2.0

@@ -75,7 +75,7 @@ def overtaken(
         if top >= goal - _NEAR:
             break
     top = float(course.max())
-    if best is None or top < goal - 0.05:
+    if best is None or top < max(goal - 0.05, 0.02):
         raise ScenarioError(
             f"{scenario.name}: dials.occlusion.hidden {goal:.2f} cannot be reached by "
             f"a vehicle: a {best} in lane {lane} hides {top:.2f}: lower "

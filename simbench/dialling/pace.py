@@ -11,6 +11,7 @@ import numpy as np
 from simbench.box import centers
 from simbench.dialling.rehearsal import target_boxes, unseen
 from simbench.errors import ScenarioError
+from simbench.scenarios.dials import MOST_FRAMES
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import set_stage
 
@@ -19,7 +20,6 @@ __all__ = ["paced"]
 _CLOSE = 0.03
 """Share of a dial within which it is not turned any further."""
 _LEAST_FRAMES = 8
-_MOST_FRAMES = 3000
 _FASTEST_HZ = 100.0
 _WIDEST, _NARROWEST = 2.4, 0.006  # rad, field of view
 _TURNS = 6
@@ -69,6 +69,7 @@ def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
     found = look(scenario)
     if dials.target_px is not None:
         found = _zoomed(found, "target_px", dials.target_px, look)
+        _require_size(found, dials.target_px)
     wanted = dials.displacement_px
     if wanted is None or _is_close(found.displacement_px, wanted):
         return found.scenario
@@ -121,7 +122,7 @@ def _strided(start: _Look, wanted: float, look: Callable[[Scenario], _Look]) -> 
         keep = max(1, round(interval * rate))
         keep = min(keep, 100, math.floor(story.duration_s * rate / (_LEAST_FRAMES - 1)))
         faster = rate if interval * rate > 0.75 else min(_FASTEST_HZ, 1.0 / interval)
-        faster = min(faster, _MOST_FRAMES / max(story.duration_s, 1e-9))
+        faster = min(faster, MOST_FRAMES / max(story.duration_s, 1e-9))
         told = story.retimed(max(faster, rate), max(1, keep))
         if told.imaging == imaging:
             break
@@ -144,6 +145,17 @@ def _rated(start: _Look, wanted: float, look: Callable[[Scenario], _Look]) -> _L
             break
         found = look(told)
     return found
+
+
+def _require_size(found: _Look, wanted: float) -> None:
+    """Say so where no lens gives the size."""
+    if abs(found.target_px - wanted) > 0.1 * wanted:
+        camera = found.scenario.camera
+        raise ScenarioError(
+            f"{found.scenario.name}: target_px {wanted:g} cannot be reached: with "
+            f"camera.fov_rad {camera.fov_rad:.3g} the target is {found.target_px:.3g} "
+            "px high, and a longer lens loses it: move the camera, or raise resolution"
+        )
 
 
 def _require_reached(found: _Look, asked: Scenario) -> None:

@@ -45,13 +45,15 @@ class Veil:
         Samples that the target would cover.
     hidden : (N, N) bool
         Those of them that something covers.
-    by_vehicle : float, in [0, 1]
-        Share of the target that vehicles hide.
+    by_traffic, by_stranger : float, in [0, 1]
+        Shares of the target that vehicles hide: those of the traffic, and those that
+        the story places.
     """
 
     alone: NDArray[np.bool_]
     hidden: NDArray[np.bool_]
-    by_vehicle: float
+    by_traffic: float
+    by_stranger: float
 
 
 def target_boxes(stage: Stage) -> NDArray[np.float64]:
@@ -98,6 +100,8 @@ class Rehearsal:
         self._world = PyrenderCamera(self._unlit, _WINDOW, _WINDOW, 1)
         self._trial = PyrenderCamera(self._bare, _WINDOW, _WINDOW, 1)
         self._veils: dict[int, Veil] = {}
+        told = [v.name.startswith("stranger.") for v in stage.trajectories.vehicles]
+        self._strangers = scene.ids[np.array(told, dtype=np.bool_)]
 
     def __enter__(self) -> Self:
         """Return the rehearsal itself."""
@@ -115,8 +119,12 @@ class Rehearsal:
             alone, ids = self._shot(self._world, frame)
             own = self._unlit.ids[self.stage.trajectories.target]
             hidden = alone & (ids != own)
-            vehicles = np.sum(hidden & (ids >= FIRST_VEHICLE_ID)) / max(1, alone.sum())
-            found = self._veils[frame] = Veil(alone, hidden, float(vehicles))
+            ours = np.isin(ids, self._strangers)
+            shares = [
+                float(np.sum(hidden & who) / max(1, alone.sum()))
+                for who in ((ids >= FIRST_VEHICLE_ID) & ~ours, ours)
+            ]
+            found = self._veils[frame] = Veil(alone, hidden, *shares)
         return found
 
     def hidden(

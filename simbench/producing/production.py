@@ -28,6 +28,7 @@ from simbench.running.claim import emptied
 from simbench.running.cluster import workforce
 from simbench.running.request import digest_of
 from simbench.running.workers import Event, Job, Workforce
+from simbench.scenarios.dials import most_frames
 
 __all__ = ["Outcome", "produce_dataset"]
 
@@ -144,7 +145,7 @@ class _Making:
                 self.lost[wish.name] = str(error)
                 continue
             self.under_way[order.name] = 0.0
-            limit_s = film_limit_s(order.scenario.frames)
+            limit_s = film_limit_s(most_frames(order.scenario))
             crew.start(Job(order, "film", produce, (order,), limit_s))
         for event in crew.events(within_s=0.5):
             self.hear(event)

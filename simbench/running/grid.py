@@ -14,6 +14,7 @@ from simbench.running.plan import Chase, Shoot, plan
 from simbench.running.request import Request
 from simbench.running.tasks import film, follow
 from simbench.running.workers import Event, Job, Workforce
+from simbench.scenarios.dials import most_frames
 from simbench.scores import Scores
 from simbench.sequence import Sequence
 
@@ -138,7 +139,7 @@ class _Grid:
 
     def job(self, task: Shoot | Chase) -> Job:
         if isinstance(task, Shoot):
-            limit_s = film_limit_s(task.scenario.frames)
+            limit_s = film_limit_s(most_frames(task.scenario))
             arguments = task.scenario, task.seed, task.sequence
             return Job(task, "film", film, arguments, limit_s)
         limit_s = self.timeout_s + _GRACE_S

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from simbench.datasets.native import read_sequence
 from simbench.errors import DatasetError
 from simbench.running.folder import RunFolder
 from simbench.running.request import (
@@ -73,10 +74,18 @@ class Chase:
             seed=self.seed,
             tracker=self.tracker.label,
             reason=reason,
-            frame_count=self.scenario.frames,
+            frame_count=self._frame_count,
             repetition=self.repetition,
             variant=self.scenario.variant,
         )
+
+    @property
+    def _frame_count(self) -> int:
+        """Frames of the sequence; dials may have given it others than the scenario."""
+        try:
+            return len(read_sequence(self.sequence))
+        except DatasetError:
+            return self.scenario.frames
 
     def unmade(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
         """Return the row of a run without a sequence."""

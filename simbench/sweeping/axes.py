@@ -170,6 +170,11 @@ def parse_axis(text: str) -> Axis:
     Axis(dial='displacement_px', values=(5.0, 20.0))
     """
     dial, _, told = (part.strip() for part in text.partition("="))
+    if dial == "distractors.gap_px":
+        raise SimbenchError(
+            "--vary: distractors.gap_px is a limit and turns nothing: vary "
+            "distractors.count"
+        )
     if not dial or not told:
         raise SimbenchError(f"--vary: {_WANTED}, got {text!r}")
     stretch = _RANGE.fullmatch(told)
@@ -211,6 +216,8 @@ def is_off(dial: str, requested: float, achieved: float) -> bool:
     >>> is_off("occlusion.hidden", 0.5, 0.54), is_off("occlusion.hidden", 0.5, 0.56)
     (False, True)
     """
+    if dial in ("occlusion.frames", "occlusion.count") and achieved == 0:
+        return False  # where hidden is 0 too; else it would not have been filmed
     share, number = TOLERANCE.get(dial, (0.01, 0.0))
     allowed = share * abs(requested) + number
     return abs(achieved - requested) > allowed + _ROUND_OFF

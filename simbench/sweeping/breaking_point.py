@@ -59,7 +59,7 @@ class BreakingPoint:
         Least and greatest value of the dial.
     intercept, slope : float
         The curve: ``1 / (1 + exp(-(intercept + slope * dial)))``. NaN where all
-        shares are 0, or all 1, or the dial has one value.
+        shares are 0, or all 1.
     seeds : int
     """
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simbench.dialling.hiding import TrafficInTheWayError
 from simbench.dialling.rehearsal import Rehearsal
 from simbench.dialling.solving import solved
 from simbench.errors import ScenarioError
@@ -111,6 +112,45 @@ def test_a_vehicle_drives_between_camera_and_target(hidden: float) -> None:
     told = solved(asked, 0)
     assert len(told.strangers) == 1
     assert _shown(told).peak == pytest.approx(hidden, abs=0.05)
+
+
+def test_traffic_in_the_way_is_drawn_anew_whatever_share_is_asked() -> None:
+    low = {
+        "position": {"along_m": 12, "lateral_m": -20, "height_m": 1.6},
+        "look_at": {"along_m": 12, "lateral_m": -9, "height_m": 0.7},
+        "fov_rad": 0.75,
+    }
+    busy = roadside(
+        frames=30,
+        camera=low,
+        target={"lane": 2, "along_m": 5, "speed_mps": 12, "clear_m": 12},
+        traffic={"density_per_km_lane": 25, "warm_up_s": 5},
+    )
+    with Rehearsal(set_stage(busy, 1)) as rehearsal:
+        shown = range(len(rehearsal.boxes))
+        assert max(rehearsal.veil(f).by_traffic for f in shown) > 0.05
+    for hidden in (0.0, 0.5, 0.94):
+        with pytest.raises(TrafficInTheWayError):
+            solved(busy.with_dials({"occlusion.hidden": hidden}), 1)
+
+
+def test_an_occluder_at_a_time_without_the_target_is_named() -> None:
+    late = [{"kind": "pole", "hides_at_s": 1.5, "distance_m": 10}]
+    fast = {"lane": 1, "along_m": 0, "speed_mps": 40}
+    asked = roadside(occluders=late, target=fast).with_dials({"occlusion.hidden": 0.5})
+    with pytest.raises(ScenarioError, match=r"hides at 1\.5 s, when the target is not"):
+        solved(asked, 0)
+
+
+def test_a_camera_straight_above_is_named() -> None:
+    above = {
+        "position": {"along_m": 0, "lateral_m": -5, "height_m": 30},
+        "look_at": {"along_m": 0.1, "lateral_m": -5, "height_m": 0},
+        "motion": "follow",
+    }
+    asked = roadside(camera=above).with_dials({"occlusion.hidden": 0.5})
+    with pytest.raises(ScenarioError, match="from straight above"):
+        solved(asked, 0)
 
 
 def test_a_time_too_short_for_any_edge_to_pass_is_named() -> None:

@@ -128,6 +128,17 @@ def test_another_frame_rate_keeps_the_span_of_the_story() -> None:
     assert slow.duration_s == pytest.approx(scenario.duration_s)
 
 
+def test_a_frame_rate_that_leaves_one_frame_is_named() -> None:
+    asked = story(frames=40).with_dials({"frame_rate_hz": 0.5})  # of 1.56 s
+    with pytest.raises(ScenarioError, match=r"frame_rate_hz 0\.5 leaves 1 frame of a"):
+        set_up(asked)
+
+
+def test_no_occlusion_and_a_hidden_share_contradict_each_other() -> None:
+    with pytest.raises(ScenarioError, match="count 0"):
+        story().with_dials({"occlusion.count": 0, "occlusion.hidden": 0.5})
+
+
 def test_a_story_without_dials_stays_itself() -> None:
     scenario = story()
     assert set_up(scenario) is scenario

@@ -159,6 +159,26 @@ def test_shortened_asks_no_occlusion_of_what_is_left_out() -> None:
     assert whole.shortened(2).dials.flat() == {"target_px": 30}
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "frames: &a [*a]",
+        "frames: &a {x: *a}",
+        "\n".join(
+            ["a0: &a0 [0, 0, 0, 0, 0, 0, 0, 0, 0]"]
+            + [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 9)]
+        ),
+    ],
+    ids=["list in itself", "mapping in itself", "nine to the ninth"],
+)
+def test_aliases_without_end_are_one_line(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "endless.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path)
+    assert "\n" not in str(caught.value)
+
+
 def test_dials_that_are_not_set_are_not_requested() -> None:
     dials = {"occlusion": {"hidden": 0.5, "frames": 4}}
     flat = story(dials=dials).dials.flat()
