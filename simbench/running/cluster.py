@@ -15,6 +15,7 @@ import queue
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -201,7 +202,10 @@ def _connected(address: str) -> Client:
         if name.startswith("distributed"):  # what it says at length is one line here
             logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        asyncio.run(_knock(address))  # a client that fails to connect is slow to go
+        # Knock first: a client that fails to connect is slow to go. In a thread: the
+        # caller's may have a loop of its own that runs, as a notebook's does.
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(asyncio.run, _knock(address)).result()
         return Client(address, timeout=_CONNECT_S, set_as_default=False)
     except Exception as error:  # each transport has its own
         raise ClusterError(
