@@ -135,6 +135,7 @@ class TestDataset:
 
 @pytest.mark.gl
 @pytest.mark.sumo
+@pytest.mark.slow
 def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
     tmp_path: Path,
 ) -> None:
@@ -192,6 +193,7 @@ def test_place_that_fails_stops_the_production_in_one_line(tmp_path: Path) -> No
 
 @pytest.mark.gl
 @pytest.mark.sumo
+@pytest.mark.slow
 def test_killed_production_goes_on_without_loss_or_repeat(tmp_path: Path) -> None:
     out = tmp_path / "out"
     script = tmp_path / "produce.py"

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,7 @@ def test_cluster_makes_the_same_bytes_as_this_machine(
 
 @pytest.mark.gl
 @pytest.mark.sumo
+@pytest.mark.slow
 def test_cluster_runs_trackers_to_the_same_scores_as_this_machine(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,7 +177,8 @@ def test_cluster_can_be_used_from_a_notebook(address: str) -> None:
         with Cluster(address) as crew:
             return crew.has_room
 
-    assert asyncio.run(cell())
+    with ThreadPoolExecutor(1) as thread:  # tests with a browser leave a loop in ours
+        assert thread.submit(asyncio.run, cell()).result()
 
 
 def test_leaving_the_block_ends_what_is_under_way(address: str, tmp_path: Path) -> None:
