@@ -270,7 +270,11 @@ def test_interrupted_run_stops_cleanly_and_goes_on(
     _, said = first.communicate(timeout=30)
     assert first.returncode == 130
     assert said == "simbench: stopped; the same command goes on from here\n"
-    assert members(first.pid) == []
+    # the last to go is Python's own tracker of shared resources: after its parent
+    until = time.monotonic() + 10
+    while left := members(first.pid):
+        assert time.monotonic() < until, left
+        time.sleep(0.05)
     (done,) = parts.iterdir()
     written = (done / "scores.parquet").stat().st_mtime_ns
     assert not (tmp_path / "out" / "scores.parquet").exists()

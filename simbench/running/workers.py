@@ -128,9 +128,13 @@ class _Worker:
         with contextlib.suppress(OSError):  # it died idle: the pipe's end says so
             self.pipe.send_bytes(pickle.dumps((job.function, job.arguments)))
 
+    def dismiss(self) -> None:
+        """Tell a worker that no more work will come."""
+        self.pipe.close()
+
     def leave(self) -> None:
         """Let a worker end by itself, so that it tells how; or kill it after all."""
-        self.pipe.close()
+        self.dismiss()
         self.process.join(_LEAVE_S)
         self.kill()
 
@@ -172,6 +176,8 @@ class Crew:
         """End every worker, whatever it is at."""
         for worker in self._busy:
             worker.kill()
+        for worker in self._workers:
+            worker.dismiss()  # all of them before the first is waited for
         for worker in self._workers:
             worker.leave()
         self._workers = []

@@ -6,7 +6,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from simbench.environment import core_count
@@ -16,9 +15,9 @@ from simbench.scenarios.recipe import load_recipe
 
 pytestmark = [pytest.mark.bench, pytest.mark.gl, pytest.mark.sumo]
 
-_SEQUENCES = 6
+_SEQUENCES = 8
 _FRAMES = 30
-_ROUNDS = 3
+_ROUNDS = 2
 
 
 @pytest.mark.skipif(core_count() < 2, reason="needs two cores of its own")
@@ -29,17 +28,20 @@ def test_two_processes_make_a_data_set_nearly_twice_as_fast(
     monkeypatch.setenv("LP_NUM_THREADS", "0")
     recipe = load_recipe("poles").shortened(_FRAMES)
     wanted = Wanted(spread([recipe], _SEQUENCES), "got10k")
+    alone: list[float] = []
 
-    def seconds(jobs: int, turn: int) -> float:
-        out = tmp_path / f"{jobs}-{turn}"
+    def make(jobs: int) -> float:
+        out = tmp_path / f"{jobs}-{len(alone)}"
         began = time.perf_counter()
         outcome = produce_dataset(wanted, str(out), command="bench", jobs=jobs)
         assert outcome.made == _SEQUENCES
         return time.perf_counter() - began
 
-    took = np.array([[seconds(1, turn), seconds(2, turn)] for turn in range(_ROUNDS)])
-    ratio = float(np.median(took[:, 0] / took[:, 1]))
-    benchmark.extra_info["times_faster"] = ratio
-    benchmark.extra_info["seconds_a_sequence"] = (took / _SEQUENCES).min(0).tolist()
-    benchmark.pedantic(lambda: seconds(2, _ROUNDS), rounds=1)
-    assert ratio >= 1.8
+    # taken in turn, so that a slow minute of the machine costs both
+    benchmark.pedantic(
+        lambda: make(2), setup=lambda: alone.append(make(1)), rounds=_ROUNDS
+    )
+    together = benchmark.stats.stats.min
+    benchmark.extra_info["times_faster"] = min(alone) / together
+    benchmark.extra_info["seconds_a_sequence"] = min(alone) / _SEQUENCES
+    assert min(alone) / together >= 1.8
