@@ -7,7 +7,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 __all__ = ["Line"]
 
@@ -87,6 +86,9 @@ class Line:
         (N, 2) float, m
             ``along, lateral``, exact to millimetres within 60 m of the line.
         """
+        # here: the process that drives SUMO loads this module, but places no points
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(np.stack([self.x, self.y], axis=-1))
         along = self.along[tree.query(points[:, :2])[1]]
         for _ in range(3):  # Newton steps along the tangent

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
+from scipy.special import ndtr, stdtrit
 
 __all__ = [
     "GROUP",
@@ -95,7 +95,7 @@ def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     if count == 1 or not np.isfinite(mean):
         return Spread(mean, nan, least, most, nan, nan, count)
     sd = float(known.std(ddof=1))
-    half = float(stats.t.ppf(0.5 + level / 2.0, count - 1)) * sd / float(np.sqrt(count))
+    half = float(stdtrit(count - 1, 0.5 + level / 2.0)) * sd / float(np.sqrt(count))
     return Spread(mean, sd, least, most, mean - half, mean + half, count)
 
 
@@ -166,8 +166,8 @@ def expanded_levels(count: int, level: float) -> tuple[float, float]:
     >>> [round(tail, 4) for tail in expanded_levels(10, 0.95)]
     [0.0086, 0.9914]
     """
-    widest = stats.t.ppf(0.5 - level / 2.0, count - 1) * np.sqrt(count / (count - 1))
-    tail = float(stats.norm.cdf(widest))
+    widest = stdtrit(count - 1, 0.5 - level / 2.0) * np.sqrt(count / (count - 1))
+    tail = float(ndtr(widest))
     return tail, 1.0 - tail
 
 

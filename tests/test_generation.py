@@ -119,14 +119,9 @@ def hidden_at_first() -> Scenario:
     )
 
 
-def test_traffic_that_hides_the_start_is_drawn_again_and_counted() -> None:
-    scenario = hidden_at_first()
-    redraws = simbench.generate(scenario, 0).redraws
-    assert redraws > set_stage(scenario, 0).trajectories.redraws
-
-
-def test_show_draws_the_sequence_that_generate_makes(tmp_path: Path) -> None:
-    # The first draw hides the target: both must take the same later one.
+def test_traffic_that_hides_the_start_is_drawn_again_by_generate_and_show_alike(
+    tmp_path: Path,
+) -> None:
     scenario = hidden_at_first()
     sequence = simbench.generate(scenario, 0)
     assert sequence.redraws > set_stage(scenario, 0).trajectories.redraws

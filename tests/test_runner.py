@@ -19,7 +19,7 @@ from simbench.running.folder import RunFolder
 from simbench.running.grid import run_grid
 from simbench.running.report_again import report_again
 from simbench.running.request import Request, track_seed
-from simbench.running.whole_run import whole_run
+from simbench.running.whole_run import Outcome, whole_run
 from simbench.scenarios.loading import load_scenario
 from simbench.scores import Scores
 from simbench.trackers.finding import find_tracker
@@ -48,6 +48,18 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     folder = RunFolder(tmp_path_factory.mktemp("filmed"))
     run_grid(asked("Walk"), folder, keep_sequences=True)
     return folder
+
+
+@pytest.fixture(scope="module")
+def finished(
+    filmed: RunFolder, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[RunFolder, Outcome]:
+    """A run that came to its end, and what came out of it."""
+    path = tmp_path_factory.mktemp("finished") / "run"
+    shutil.copytree(filmed.sequences, path / "sequences")
+    (path / ".lock").touch()  # so that it is ours
+    outcome = whole_run(asked("Walk"), path, command="", keep_sequences=True)
+    return RunFolder(path), outcome
 
 
 @pytest.fixture
@@ -135,11 +147,14 @@ def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) ->
     ],
 )
 def test_finished_run_is_made_whole_again_by_the_same_call(
-    folder: RunFolder, name: str, content: bytes | None
+    finished: tuple[RunFolder, Outcome],
+    tmp_path: Path,
+    name: str,
+    content: bytes | None,
 ) -> None:
-    request = asked("Walk")
-    (folder.path / ".lock").touch()  # so that it is ours
-    first = whole_run(request, folder.path, command="", keep_sequences=True)
+    request, (before, first) = asked("Walk"), finished
+    folder = RunFolder(tmp_path / "run")
+    shutil.copytree(before.path, folder.path)
     (part,) = folder.parts.iterdir()
     written = part.stat().st_mtime_ns
     (folder.path / name).unlink()
@@ -173,9 +188,11 @@ def test_sequences_other_than_the_first_are_removed(
     assert sequence.frames[23].index == 23
 
 
-def test_report_again_shows_the_sequences_that_were_kept(folder: RunFolder) -> None:
-    (folder.path / ".lock").touch()
-    whole_run(asked("Walk"), folder.path, command="", keep_sequences=True)
+def test_report_again_shows_the_sequences_that_were_kept(
+    finished: tuple[RunFolder, Outcome], tmp_path: Path
+) -> None:
+    folder = RunFolder(tmp_path / "run")
+    shutil.copytree(finished[0].path, folder.path)
     folder.report.unlink()
     told: list[float] = []
     report_again(folder.path, lambda done, of, doing: told.append(done))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -104,14 +105,17 @@ def whole_run(
                 return Outcome(known, folder.report, swept)
         facts = run_facts(request, command)
         folder.write_facts(facts)
-        scores, sequences = run_grid(
-            request,
-            folder,
-            jobs=jobs,
-            cluster=cluster,
-            keep_sequences=keep_sequences,
-            progress=progress,
-        )
+        with ThreadPoolExecutor(1) as aside:  # it takes a second, which the work has
+            opengl = aside.submit(opengl_renderer)
+            scores, sequences = run_grid(
+                request,
+                folder,
+                jobs=jobs,
+                cluster=cluster,
+                keep_sequences=keep_sequences,
+                progress=progress,
+            )
+        facts["versions"]["opengl"] = opengl.result()
         if progress is not None:
             progress(1.0, 1.0, "writing the report")
         scores.write(path)
@@ -132,7 +136,7 @@ def run_facts(request: Request, command: str) -> dict[str, Any]:
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": False,
         "digest": request.digest,
-        "versions": versions() | {"opengl": opengl_renderer()},
+        "versions": versions(),
         "host": host(),
         "seeds": list(request.seeds),
         "repetitions": request.repetitions,
