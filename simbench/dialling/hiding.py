@@ -8,13 +8,11 @@ edge decides how much of the target it hides, its width for how long.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from simbench.box import centers
+from simbench.dialling.events import Event, occlusion_events
 from simbench.dialling.rehearsal import Rehearsal, unseen
-from simbench.dialling.standing import standing_places
 from simbench.dialling.trials import lasts_of, least, peak_of, scale_m
 from simbench.errors import ScenarioError
 from simbench.scenarios.schema import Occluder, Occlusion, Scenario
@@ -22,7 +20,6 @@ from simbench.scenarios.schema import Occluder, Occlusion, Scenario
 __all__ = [
     "TrafficInTheWayError",
     "hidden_as_asked",
-    "middles",
     "require_alone",
     "require_clear",
 ]
@@ -45,13 +42,6 @@ class TrafficInTheWayError(ScenarioError):
     def __init__(self, message: str, redraws: int) -> None:
         super().__init__(message)
         self.redraws = redraws
-
-
-class _Event(NamedTuple):
-    """One occlusion to make."""
-
-    occluder: Occluder
-    frame: int
 
 
 def hidden_as_asked(
@@ -80,7 +70,7 @@ def hidden_as_asked(
     scenario = rehearsal.stage.scenario
     require_alone(rehearsal)
     on_map = tuple(o for o in scenario.occluders if o.hides_at_s is None)
-    events = _events(rehearsal, asked)
+    events = occlusion_events(rehearsal, asked)
     if asked.hidden == 0 or not events:
         return scenario.model_copy(update={"occluders": on_map})
     aim = 1.0 if asked.hidden is None else float(asked.hidden)
@@ -132,63 +122,11 @@ def require_alone(rehearsal: Rehearsal) -> None:
         )
 
 
-def _events(rehearsal: Rehearsal, asked: Occlusion) -> list[_Event]:
-    """Say when and where each occlusion is to be, its size still open."""
-    stage = rehearsal.stage
-    told = [
-        occluder
-        for occluder in stage.scenario.occluders
-        if occluder.hides_at_s is not None
-        and occluder.kind != "lamp"  # whose width hides nothing
-    ]
-    count = asked.count
-    if count is None:
-        count = len(told) or 1
-    by = asked.by
-    if by is None and asked.frames is not None:
-        by = "sign"
-    times = stage.trajectories.times
-    if len(told) == count:
-        frames = [int(np.argmin(np.abs(times - (o.hides_at_s or 0.0)))) for o in told]
-        for occluder, frame in zip(told, frames, strict=True):
-            if np.isnan(rehearsal.boxes[frame, 0]):
-                raise ScenarioError(
-                    f"{_name(rehearsal)}: dials.occlusion: an occluder hides at "
-                    f"{occluder.hides_at_s:g} s, when the target is not in the picture"
-                )
-        same = by is None or all(o.kind == by for o in told)
-        if same:
-            return [_Event(o, f) for o, f in zip(told, frames, strict=True)]
-    else:
-        frames = middles(rehearsal, count)
-    kind = by or (told[0].kind if told else "pole")
-    if kind == "vehicle":
-        raise ValueError("vehicles drive, see simbench.dialling.overtaking")
-    distances = standing_places(rehearsal, kind, frames)
-    tall = 5.0 if kind == "tree" else 12.0
-    return [
-        _Event(
-            Occluder(
-                kind=kind, hides_at_s=float(times[f]), distance_m=d, height_m=tall
-            ),
-            f,
-        )
-        for f, d in zip(frames, distances, strict=True)
-    ]
-
-
-def middles(rehearsal: Rehearsal, count: int) -> list[int]:
-    """Return the frames of occlusions spread evenly, the first of them clear."""
-    shown = np.flatnonzero(~np.isnan(rehearsal.boxes[:, 0]))
-    share = 0.15 + 0.75 * (np.arange(count) + 0.5) / max(count, 1)
-    return [int(shown[int(part * (len(shown) - 1))]) for part in share]
-
-
 def _as_wide(
-    rehearsal: Rehearsal, event: _Event, goal: float, frames: int | None
+    rehearsal: Rehearsal, event: Event, goal: float, frames: int | None
 ) -> Occluder:
     """Find the width that hides a share; and for whole hiding, also for how long."""
-    kind, scale = event.occluder.kind, scale_m(rehearsal, *event)
+    kind, scale = event.occluder.kind, scale_m(rehearsal, event.occluder, event.frame)
     across, down = rehearsal.boxes[event.frame, 2:] * scale
     full = down if kind == "gantry" else across
     # a sign without a time to keep is as tall as hides all of the target
@@ -203,7 +141,7 @@ def _as_wide(
     reach = int(np.clip(passing / 2.0, 1, 15))
 
     def peak(width: float) -> float:
-        return peak_of(rehearsal, wide(width), event.frame, reach)
+        return peak_of(rehearsal, wide(width), event.number, event.frame, reach)
 
     width = least(peak, min(goal, _WHOLE), 0.004, 1.5 * full)
     if width is None:
@@ -216,7 +154,7 @@ def _as_wide(
         return wide(width)
 
     def lasts_for(width: float) -> float:
-        return lasts_of(rehearsal, wide(width), event.frame, goal)
+        return lasts_of(rehearsal, wide(width), event.number, event.frame, goal)
 
     lasts = lasts_for(width)
     if lasts + 1 < frames and goal >= _WHOLE:
@@ -233,14 +171,14 @@ def _as_wide(
 
 
 def _long_sign(
-    rehearsal: Rehearsal, event: _Event, goal: float, frames: int
+    rehearsal: Rehearsal, event: Event, goal: float, frames: int
 ) -> Occluder:
     """Find how far a sign reaches into the target's path, and how long it is.
 
     Its long side lies along the path of the target in the picture, so that the share
     it hides stays while the target passes.
     """
-    scale = scale_m(rehearsal, *event)
+    scale = scale_m(rehearsal, event.occluder, event.frame)
     width, height = rehearsal.boxes[event.frame, 2:] * scale
     tilt, step = _course(rehearsal, event.frame)
     step *= scale
@@ -276,7 +214,9 @@ def _long_sign(
     sign = long(guess)
     for _ in range(2):  # a longer sign may find its peak elsewhere: once more
         part = least(
-            lambda part: peak_of(rehearsal, raised(part), event.frame, frames // 2 + 1),
+            lambda part: peak_of(
+                rehearsal, raised(part), event.number, event.frame, frames // 2 + 1
+            ),
             min(goal, _WHOLE),
             0.0,
             1.0,
@@ -284,7 +224,9 @@ def _long_sign(
         )
         sign = raised(1.0 if part is None else part)
         length = least(
-            lambda length: lasts_of(rehearsal, long(length), event.frame, goal),
+            lambda length: lasts_of(
+                rehearsal, long(length), event.number, event.frame, goal
+            ),
             float(frames),
             0.5 * guess,
             1.4 * guess,

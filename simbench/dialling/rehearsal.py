@@ -128,7 +128,7 @@ class Rehearsal:
         return found
 
     def hidden(
-        self, occluders: Sequence[Occluder], frames: Sequence[int]
+        self, occluders: Sequence[Occluder], frames: Sequence[int], *, first: int = 0
     ) -> NDArray[np.float64]:
         """Return the hidden share of the target, behind new occluders and the world.
 
@@ -138,9 +138,12 @@ class Rehearsal:
             On the line of sight.
         frames : sequence of F int
             NaN comes back for those that do not show the target.
+        first : int
+            How many new occluders of the story come before these: each tree has a
+            shape of its own.
         """
         shares = np.full(len(frames), np.nan)
-        self._trial.put_up(self._bodies(self.placed(occluders)))
+        self._trial.put_up(self._bodies(self.placed(occluders), first))
         for number, frame in enumerate(frames):
             if np.isnan(self.boxes[frame, 0]):
                 continue
@@ -209,10 +212,10 @@ class Rehearsal:
         told = stage.scenario.model_copy(update={"occluders": tuple(occluders)})
         return place_occluders(told, stage.line, stage.trajectories, stage.cameras)
 
-    def _bodies(self, placed: Sequence[PlacedOccluder]) -> Mesh:
+    def _bodies(self, placed: Sequence[PlacedOccluder], first: int) -> Mesh:
         stage, bodies = self.stage, []
         season = stage.scenario.surroundings.season
-        for number, occluder in enumerate(placed):
+        for number, occluder in enumerate(placed, start=first):
             # as it will be filmed: occluders on the map are numbered first
             place = len(stage.occluders) + number + 1
             rng = generator(stage.scenario, stage.seed, "scenery", place)

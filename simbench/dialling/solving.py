@@ -6,12 +6,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from simbench.dialling.company import accompanied
-from simbench.dialling.hiding import (
-    hidden_as_asked,
-    middles,
-    require_alone,
-    require_clear,
-)
+from simbench.dialling.events import middles
+from simbench.dialling.hiding import hidden_as_asked, require_alone, require_clear
 from simbench.dialling.overtaking import overtaken
 from simbench.dialling.pace import paced
 from simbench.dialling.rehearsal import Rehearsal
@@ -97,7 +93,7 @@ def _overtaken(
         for _ in range(_LOOKS):
             aim = min(1.0, max(0.02, wanted + shift))
             told = scenario
-            for at in middles(rehearsal, count):
+            for at in middles(rehearsal, count, asked.frames):
                 told = overtaken(rehearsal, told, aim, asked.frames, at)
             with Rehearsal(set_stage(told, seed, skip=skip)) as driven:
                 found = occlusions_of(driven.hidden([], range(len(driven.boxes))))

@@ -58,20 +58,21 @@ def least(
 
 
 def peak_of(
-    rehearsal: Rehearsal, occluder: Occluder, frame: int, reach: int = 1
+    rehearsal: Rehearsal, occluder: Occluder, number: int, frame: int, reach: int = 1
 ) -> float:
     """Return the greatest hidden share within ``reach`` frames of a middle.
 
     Of a long reach only some frames are tried: the first, the last and a few between.
+    The ``number`` of the occluder, from 0, is its place in the story.
     """
     last = len(rehearsal.boxes) - 1
     around = np.linspace(max(0, frame - reach), min(last, frame + reach), 7)
     frames = sorted({round(float(f)) for f in around} | {frame})
-    return float(np.nanmax(rehearsal.hidden([occluder], frames)))
+    return float(np.nanmax(rehearsal.hidden([occluder], frames, first=number)))
 
 
 def lasts_of(
-    rehearsal: Rehearsal, occluder: Occluder, frame: int, peak: float
+    rehearsal: Rehearsal, occluder: Occluder, number: int, frame: int, peak: float
 ) -> float:
     """Return for how many frames more than half of a peak share is hidden."""
     count = len(rehearsal.boxes)
@@ -81,7 +82,7 @@ def lasts_of(
         while 0 <= start < count:
             run = [f for f in range(start, start + _STRETCH * step, step)]
             run = [f for f in run if 0 <= f < count]
-            shares[run] = rehearsal.hidden([occluder], run)
+            shares[run] = rehearsal.hidden([occluder], run, first=number)
             if not shares[run[-1]] > peak / 2.0:
                 break
             start += _STRETCH * step

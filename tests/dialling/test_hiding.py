@@ -74,6 +74,38 @@ def test_occlusions_come_as_often_as_asked() -> None:
     assert found.peak == pytest.approx(0.4, abs=0.03)
 
 
+@pytest.mark.parametrize(
+    ("count", "frames", "words"),
+    [
+        pytest.param(
+            20, None, "next are 1 of 40 frames, wanted at least 3 ", id="many"
+        ),
+        pytest.param(3, 12, "of 40 frames, wanted at least 13 ", id="long"),
+    ],
+)
+def test_occlusions_that_run_into_each_other_are_refused_before_any_is_tried(
+    count: int, frames: int | None, words: str
+) -> None:
+    dials = {"occlusion.hidden": 0.4, "occlusion.count": count}
+    if frames is not None:
+        dials["occlusion.frames"] = frames
+    with pytest.raises(ScenarioError, match=words):
+        solved(roadside(frames=40).with_dials(dials), 0)
+
+
+def test_each_tree_is_tried_with_the_shape_it_is_filmed_with() -> None:
+    asked = roadside(frames=50).with_dials(
+        {"occlusion.hidden": 0.5, "occlusion.count": 2, "occlusion.by": "tree"}
+        | {"displacement_px": 3.5}
+    )
+    told = solved(asked, 0)
+    with Rehearsal(set_stage(told, 0)) as rehearsal:
+        frames = range(len(rehearsal.boxes))
+        for number, tree in enumerate(told.occluders):
+            hidden = rehearsal.hidden([tree], frames, first=number)
+            assert np.nanmax(hidden) == pytest.approx(0.5, abs=0.02)
+
+
 def test_nothing_hides_where_nothing_is_asked_to() -> None:
     poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
     scenario = roadside(occluders=poles)
