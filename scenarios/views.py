@@ -14,7 +14,7 @@ from simbench.scenarios.schema import Camera as View
 from simbench.scenarios.schema import Place, Scenario
 from simbench.trajectories import Trajectories
 
-__all__ = ["camera_path"]
+__all__ = ["camera_path", "place_points"]
 
 
 def camera_path(
@@ -40,8 +40,8 @@ def camera_path(
     """
     view = scenario.camera
     eye_shift, aim_shift = _shifts(view, line, trajectories)
-    eyes = _points(line, view.position, eye_shift)
-    aims = _points(line, view.look_at, aim_shift)
+    eyes = place_points(line, view.position, eye_shift)
+    aims = place_points(line, view.look_at, aim_shift)
     if np.any(np.linalg.norm(eyes - aims, axis=-1) < 0.1):
         raise ScenarioError(
             f"{scenario.name}: camera.look_at must differ from camera.position"
@@ -88,9 +88,10 @@ def _shifts(
     return follower, follower
 
 
-def _points(
+def place_points(
     line: Line, place: Place, shift: NDArray[np.float64]
 ) -> NDArray[np.float64]:
+    """Return where a place is, (T, 3) m, moved along the line by (T,) metres."""
     if place.x_m is not None and place.y_m is not None:
         spot = line.map_point(place.x_m, place.y_m, place.height_m)
         return np.tile(spot, (len(shift), 1))

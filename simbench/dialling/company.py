@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from simbench.errors import ScenarioError
+from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Road, Scenario, Stranger, told_lanes
+from simbench.scenarios.views import place_points
 
 __all__ = ["accompanied", "beside", "gains_on"]
 
@@ -15,7 +19,8 @@ def accompanied(scenario: Scenario) -> Scenario:
     """Return the story with as many doubles as its dials ask for.
 
     They come up one after the other in the lanes beside the target, evenly over the
-    story, and pass it. Strangers of the story that look like the target make way for
+    story, and pass it, the first on the side away from the camera, where it does not
+    hide the target. Strangers of the story that look like the target make way for
     them; others stay.
 
     Raises
@@ -32,17 +37,27 @@ def accompanied(scenario: Scenario) -> Scenario:
     doubles = []
     for number in range(asked.count):
         at_s = scenario.duration_s * (number + 1) / (asked.count + 1)
-        lane = beside(scenario, at_s, "distractors")[number % 2]
+        right, left = beside(scenario, at_s, "distractors")
+        lanes = (right, left) if _camera_is_left(scenario) else (left, right)
         doubles.append(
             Stranger(
                 vehicle_class=target.vehicle_class,
                 colour=target.colour,
-                lane=lane,
+                lane=lanes[number % 2],
                 ahead_m=gains_on(scenario, at_s) - _CLOSING_MPS * at_s,
                 speed_mps=target.speed_mps + _CLOSING_MPS,
             )
         )
     return scenario.model_copy(update={"strangers": (*kept, *doubles)})
+
+
+def _camera_is_left(scenario: Scenario) -> bool:
+    """Tell whether the camera stands to the left of the target's first lane."""
+    assert isinstance(scenario.road, Road)  # else `beside` has refused
+    line = RoadLine.from_road(scenario.road)
+    eye = place_points(line, scenario.camera.position, np.zeros(1))
+    lateral = float(line.locate(eye)[0, 1])
+    return lateral > float(line.lane_lateral(scenario.target.lane))
 
 
 def beside(scenario: Scenario, at_s: float, dial: str) -> tuple[int, int]:
