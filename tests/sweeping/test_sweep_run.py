@@ -75,6 +75,18 @@ def test_sweep_leaves_tables_and_a_report_says_what_it_missed_and_is_not_done_tw
     assert execute(["report", "out"]) == 0  # films again what can be filmed
     assert Path("out/report.html").read_text() == before
 
+    # a value that is known to be out of reach is not tried again
+    (unreached,) = (
+        part
+        for part in Path("out/parts").iterdir()
+        if Scores.read(part).runs["status"].tolist() == ["unreachable"]
+    )
+    written = (unreached / "scores.parquet").stat().st_mtime_ns
+    Path("out/scores.parquet").unlink()
+    assert execute(command) == 0
+    assert Scores.read(Path("out")).runs["status"].tolist() == ["ok", "unreachable"]
+    assert (unreached / "scores.parquet").stat().st_mtime_ns == written
+
 
 @pytest.mark.parametrize(
     ("status", "failures"),
