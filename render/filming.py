@@ -72,6 +72,8 @@ def film(
     trajectories = stage.trajectories
     recorder = TruthRecorder(scene, trajectories, imaging.samples)
     exposure = AutoExposure(imaging.auto_exposure_s)
+    # Frames may be lost on the way; after the last, none is to be exposed.
+    gaps_s = np.diff(trajectories.times, append=trajectories.times[-1])
     with PyrenderCamera(
         scene, imaging.width_px, imaging.height_px, imaging.samples
     ) as machine:
@@ -86,7 +88,7 @@ def film(
                 want_depth=channels is not None,
                 gain=gain,
             )
-            exposure.measure(shot.image, imaging.interval_s)
+            exposure.measure(shot.image, float(gaps_s[index]))
             if index == 0 and not shot.target_alone.any():
                 raise RenderError(
                     f"{scenario.name}: the camera does not see the target in the first "

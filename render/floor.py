@@ -8,13 +8,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.mesh import Mesh, Surface, box, merge, soup
+from simbench.render.mesh import Colour, Mesh, Surface, box, merge, shaded, soup
 from simbench.render.setting import Setting, grown
 from simbench.scenarios.schema import FloorPlan, Surroundings
 
 __all__ = ["floor_setting"]
-
-Colour = tuple[float, float, float]
 
 _TILE: Colour = (0.66, 0.65, 0.62)
 _JOINT: Colour = (0.4, 0.39, 0.37)
@@ -85,7 +83,7 @@ def _tiles(plan: FloorPlan, rng: np.random.Generator) -> list[Mesh]:
         for left, right in pairwise(columns):
             tile = low + joint, high
             parts.append(_rectangle((left, left + joint), tile, _JOINT))
-            shade = _shaded(_TILE, rng.uniform(0.93, 1.05))
+            shade = shaded(_TILE, rng.uniform(0.93, 1.05))
             parts.append(_rectangle((left + joint, right), tile, shade))
     return parts
 
@@ -97,12 +95,12 @@ def _boards(plan: FloorPlan, rng: np.random.Generator) -> list[Mesh]:
     parts = []
     for low, high in pairwise(_cuts(-half, half, plan.piece_m)):
         ends = _cuts(0.0, plan.length_m, length, rng.uniform(0.2, 1.0) * length)
-        dark = _shaded(_WOOD, 0.62)
+        dark = shaded(_WOOD, 0.62)
         parts.append(_rectangle((0.0, plan.length_m), (low, low + joint), dark))
         for left, right in pairwise(ends):
             board = low + joint, high
             parts.append(_rectangle((left, left + joint), board, dark))
-            shade = _shaded(_WOOD, rng.uniform(0.86, 1.1))
+            shade = shaded(_WOOD, rng.uniform(0.86, 1.1))
             parts.append(_rectangle((left + joint, right), board, shade))
     return parts
 
@@ -111,11 +109,6 @@ def _cuts(low: float, high: float, step: float, first: float = 0.0) -> list[floa
     """Return where pieces begin and end between two places; slivers join the last."""
     inner = np.arange(low + (first or step), high - 0.2 * step, step)
     return [low, *inner.tolist(), high]
-
-
-def _shaded(colour: Colour, share: float) -> Colour:
-    red, green, blue = (min(1.0, part * share) for part in colour)
-    return red, green, blue
 
 
 def _walls(plan: FloorPlan) -> list[Mesh]:

@@ -26,7 +26,7 @@ _TEXEL_M = 0.5
 _BEHIND_M, _AHEAD_M, _ASIDE_M = 40.0, 360.0, 48.0
 _SNAP_M, _SNAP_RAD = 4.0, 1.0 / 64.0
 _BEAM_M, _SPREAD_M = 70.0, 16.0
-_STREET_M = 40.0
+_STREET_M, _STRETCH = 40.0, 1.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +59,8 @@ class Lamps:
         Street lamps in the road frame.
     heights : (P,) float, m
         Their heights above the road.
+    headings : (P,) float, rad
+        Of the roads they light: their arms reach to the left across them.
     ids : (P,) int
         Instance ids of their posts.
     on_camera : bool
@@ -68,6 +70,7 @@ class Lamps:
     of_bodies: tuple[VehicleLamps, ...]
     street: NDArray[np.float64]
     heights: NDArray[np.float64]
+    headings: NDArray[np.float64]
     ids: NDArray[np.int64]
     on_camera: bool
 
@@ -80,15 +83,25 @@ def gather_lamps(
         post.positions[post.surface[:, 1] == Surface.LAMP].mean(axis=0, dtype=float)
         for post in posts
     ]
-    feet = [float(post.positions[:, 2].min()) + POST_DEPTH_M for post in posts]
     places = np.array(street).reshape(-1, 3)
+    feet = np.array([_foot(post) for post in posts]).reshape(-1, 3)
+    arms = places - feet
     return Lamps(
         tuple(vehicle_lamps(body) for body in bodies),
         places,
-        places[:, 2] - np.array(feet),
-        np.array([int(post.surface[0, 0]) for post in posts], dtype=np.int64),
-        on_camera,
+        heights=arms[:, 2],
+        headings=np.arctan2(-arms[:, 0], arms[:, 1]),
+        ids=np.array([int(post.surface[0, 0]) for post in posts], dtype=np.int64),
+        on_camera=on_camera,
     )
+
+
+def _foot(post: Mesh) -> NDArray[np.float64]:
+    """Return where a post comes out of the ground, (3,) m."""
+    heights = post.positions[:, 2]
+    lowest = post.positions[heights <= heights.min() + 0.01]
+    foot: NDArray[np.float64] = lowest.mean(axis=0, dtype=float)
+    return foot + [0.0, 0.0, POST_DEPTH_M]
 
 
 def vehicle_lamps(body: Mesh) -> VehicleLamps:
@@ -116,10 +129,8 @@ class LampMap:
 
     Parameters
     ----------
-    street : (P, 3) float, m
-        Street lamps in the road frame.
-    heights : (P,) float, m
-        Their heights above the road.
+    lamps : Lamps
+        The street lamps among them stay; `light` is told about the others.
 
     Attributes
     ----------
@@ -133,10 +144,8 @@ class LampMap:
         Direction of the map's columns in the road frame.
     """
 
-    def __init__(
-        self, street: NDArray[np.float64], heights: NDArray[np.float64]
-    ) -> None:
-        self._street = np.column_stack([street[:, :2], heights])
+    def __init__(self, lamps: Lamps) -> None:
+        self._lamps = lamps
         columns = round((_BEHIND_M + _AHEAD_M) / _TEXEL_M)
         rows = round(2.0 * _ASIDE_M / _TEXEL_M)
         self._still = np.zeros((rows, columns), np.float32)
@@ -158,9 +167,8 @@ class LampMap:
         self.texels[..., 0] = self._still
         self.texels[..., 1:] = 0.0
         local = self._local(beams[:, :2])
-        turned = beams[:, 2] - math.atan2(self.axis[1], self.axis[0])
-        rows = np.column_stack([local, np.cos(turned), np.sin(turned), beams[:, 3]])
-        _stamp_beams(self.texels, rows)
+        ways = self._directions(beams[:, 2])
+        _stamp_beams(self.texels, np.column_stack([local, ways, beams[:, 3]]))
 
     def _move_to(self, camera: Camera) -> None:
         """Put the map under the camera, in steps: then street lamps seldom change."""
@@ -182,8 +190,9 @@ class LampMap:
         self.to_map[0] = np.array([cos, sin, 0, _BEHIND_M - x * cos - y * sin]) / length
         self.to_map[1] = np.array([-sin, cos, 0, _ASIDE_M + x * sin - y * cos]) / width
         self._still[:] = 0.0
-        lamps = np.column_stack([self._local(self._street[:, :2]), self._street[:, 2]])
-        _stamp_street(self._still, lamps)
+        lamps = self._lamps
+        local, ways = self._local(lamps.street[:, :2]), self._directions(lamps.headings)
+        _stamp_street(self._still, np.column_stack([local, ways, lamps.heights]))
 
     def _local(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N, 2) places [m] on the map: column and row."""
@@ -191,6 +200,11 @@ class LampMap:
         size = np.array([_BEHIND_M + _AHEAD_M, 2.0 * _ASIDE_M])
         local: NDArray[np.float64] = (flat @ self.to_map[:2].T) * size
         return local
+
+    def _directions(self, headings: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 2) cosines and sines of headings [rad] against the map's axis."""
+        turned = headings - math.atan2(self.axis[1], self.axis[0])
+        return np.column_stack([np.cos(turned), np.sin(turned)])
 
 
 @numba.njit(cache=True)
@@ -227,22 +241,26 @@ def _stamp_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by 
 
 @numba.njit(cache=True)
 def _stamp_street(texels, lamps):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Add the pools of lamps that shine down; (column m, row m, height m).
+    """Add the pools of lamps that shine down; (column m, row m, cos, sin, height m).
 
     The inverse square law with the cosine of the angle of incidence, 1 below the lamp,
     stretched along the road as reflectors of street lamps do.
     """
     rows, columns = texels.shape
     for number in range(len(lamps)):
-        u, v, height = lamps[number]
-        first = int((u - _STREET_M) / _TEXEL_M)
-        last = int((u + _STREET_M) / _TEXEL_M)
-        low, high = int((v - _STREET_M) / _TEXEL_M), int((v + _STREET_M) / _TEXEL_M)
-        for row in range(max(low, 0), min(high, rows)):
+        u, v, cos, sin, height = lamps[number]
+        long = _STREET_M * math.hypot(_STRETCH * cos, sin)
+        wide = _STREET_M * math.hypot(_STRETCH * sin, cos)
+        first, last = int((u - long) / _TEXEL_M), int((u + long) / _TEXEL_M)
+        low, high = int((v - wide) / _TEXEL_M), int((v + wide) / _TEXEL_M)
+        for row in range(max(low, 0), min(high + 1, rows)):
             dy = (row + 0.5) * _TEXEL_M - v
-            for column in range(max(first, 0), min(last, columns)):
-                dx = ((column + 0.5) * _TEXEL_M - u) / 1.4
-                off = (dx * dx + dy * dy) / (height * height)
-                fade = 1.0 - (dx * dx + dy * dy) / (_STREET_M * _STREET_M)
+            for column in range(max(first, 0), min(last + 1, columns)):
+                dx = (column + 0.5) * _TEXEL_M - u
+                along = (cos * dx + sin * dy) / _STRETCH
+                across = cos * dy - sin * dx
+                square = along * along + across * across
+                fade = 1.0 - square / (_STREET_M * _STREET_M)
                 if fade > 0.0:
-                    texels[row, column] += fade / (1.0 + off) ** 1.5
+                    off = 1.0 + square / (height * height)
+                    texels[row, column] += fade / (off * math.sqrt(off))

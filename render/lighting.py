@@ -40,7 +40,7 @@ class Lighting:
             defines.append("WET")
         if light.beams > 0.0 or tunnel is not None:
             defines.append("LAMPLIT")
-            self._lamps = LampMap(scene.lamps.street, scene.lamps.heights)
+            self._lamps = LampMap(scene.lamps)
             texels = self._lamps.texels
             self._lamp_texture = MapTexture(texels, _LAMP_UNIT, edge=False)
         if tunnel is not None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Colour",
     "Mesh",
     "Surface",
     "box",
@@ -21,10 +22,12 @@ __all__ = [
     "extrusion",
     "merge",
     "quad_strip",
+    "shaded",
     "soup",
 ]
 
 Colour = tuple[float, float, float]
+"""sRGB, in [0, 1]."""
 
 
 class Surface(IntEnum):
@@ -251,3 +254,9 @@ def quad_strip(
         [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
     )
     return soup(triangles, colour, surface)
+
+
+def shaded(colour: Colour, share: float) -> Colour:
+    """Return a colour darker, or with a share above 1 lighter, up to white."""
+    red, green, blue = (min(1.0, part * share) for part in colour)
+    return red, green, blue

@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simbench.errors import RenderError
-from simbench.render.mesh import Mesh, Surface, merge, quad_strip, soup
+from simbench.render.mesh import Colour, Mesh, Surface, merge, quad_strip, shaded, soup
 from simbench.render.network_sides import lamps_along, trees_along
 from simbench.render.polygons import dashes, dotted, offset, triangulated
 from simbench.render.projection import SHADOW_RADIUS_M
 from simbench.render.setting import Setting
+from simbench.render.surroundings import GRASS
 from simbench.scenarios.network import Lane, Network
 from simbench.scenarios.stage import Stage
 
 __all__ = ["network_setting"]
 
-Colour = tuple[float, float, float]
 Shape = NDArray[np.float64]
 
 _ASPHALT: Colour = (0.36, 0.36, 0.365)
@@ -31,7 +31,6 @@ _SHOULDER: Colour = (0.4, 0.395, 0.385)
 _PATH: Colour = (0.55, 0.54, 0.52)
 _MARK: Colour = (0.88, 0.88, 0.85)
 _VERGE: Colour = (0.42, 0.4, 0.32)
-_GRASS: dict[str, Colour] = {"summer": (0.33, 0.38, 0.22), "autumn": (0.47, 0.42, 0.27)}
 _MARK_UP_M, _SHOULDER_DOWN_M, _VERGE_DOWN_M, _GRASS_DOWN_M = 0.015, 0.02, 0.06, 0.14
 _MARK_M, _STOP_M = 0.15, 0.45
 _JOIN_M, _MARK_JOIN_M = 6.0, 1.5
@@ -132,14 +131,9 @@ def _surface(lane: Lane, shape: Shape, is_fine: bool) -> Mesh:
     places = [-half, *(place for place, _ in _TRACKS), half]
     shades = [1.0, *(shade for _, shade in _TRACKS)]
     return merge(
-        _ribbon(shape, low, high, _shaded(_ASPHALT, shade))
+        _ribbon(shape, low, high, shaded(_ASPHALT, shade))
         for (low, high), shade in zip(pairwise(places), shades, strict=True)
     )
-
-
-def _shaded(colour: Colour, share: float) -> Colour:
-    red, green, blue = (part * share for part in colour)
-    return red, green, blue
 
 
 def _edge(group: list[Lane], shapes: list[Shape], ends_at: str) -> list[Mesh]:
@@ -215,8 +209,8 @@ def _grass(roads: Shape, middle: NDArray[np.float64], season: str) -> Mesh:
         xs, ys = np.array([low[0], high[0]]), np.array([low[1], high[1]])
         height = np.full((2, 2), level)
     else:
-        inner = [roads[:, axis].min() - 100.0 for axis in (0, 1)]
-        outer = [roads[:, axis].max() + 100.0 for axis in (0, 1)]
+        inner = np.maximum(roads[:, :2].min(axis=0) - 100.0, low)
+        outer = np.minimum(roads[:, :2].max(axis=0) + 100.0, high)
         xs, ys = (
             np.concatenate(
                 [
@@ -235,4 +229,4 @@ def _grass(roads: Shape, middle: NDArray[np.float64], season: str) -> Mesh:
     nodes = np.stack([x, y, height], axis=-1)
     a, b, c, d = nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]
     corners = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)])
-    return soup(corners.reshape(-1, 3, 3), _GRASS[season], Surface.GRASS)
+    return soup(corners.reshape(-1, 3, 3), GRASS[season], Surface.GRASS)

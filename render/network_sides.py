@@ -14,6 +14,7 @@ from simbench.render.setting import grown
 from simbench.render.surroundings import lamp_post
 from simbench.scenarios.network import Lane
 from simbench.scenarios.schema import Surroundings
+from simbench.scenarios.seeds import offspring
 
 __all__ = ["lamps_along", "trees_along"]
 
@@ -66,14 +67,15 @@ def trees_along(
         return parts
     near = cKDTree(roads[:, :2])
     clear = max(6.0, 0.7 * wanted.tree_lateral_m)
+    root = int(rng.integers(2**63))
     for group in edges.values():
         if group[0].kind == "inside":
             continue
         for lane, side in ((group[0], -1.0), (group[-1], 1.0)):
-            for place, heading in _spots(lanes[lane.name], wanted.tree_spacing_m):
-                # Each tree grows from a seed of its own: one more or less, as the
-                # camera moves, changes no other.
-                own = np.random.default_rng(rng.integers(2**63))
+            spots = _spots(lanes[lane.name], wanted.tree_spacing_m)
+            for number, (place, heading) in enumerate(spots):
+                # by its place: one more or less, as the camera moves, changes no other
+                own = offspring(root, lane.name, int(side), number)
                 out = lane.width / 2.0 + wanted.tree_lateral_m + own.exponential(7.0)
                 out *= side
                 shift = own.uniform(-0.4, 0.4) * wanted.tree_spacing_m

@@ -16,6 +16,7 @@ from simbench.render.tunnel import bore, is_in_bore, require_clear
 from simbench.scenarios.line import Line
 from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Surroundings
+from simbench.scenarios.seeds import offspring
 from simbench.scenarios.stage import Stage
 
 __all__ = ["road_setting"]
@@ -28,7 +29,8 @@ def road_setting(
 ) -> Setting:
     """Build the carriageway of a stage as far as its cameras, at ``eyes``, see it."""
     wanted = stage.scenario.surroundings
-    track = line.locate(eyes[:: max(1, len(eyes) // 50)])[:, 0]
+    some = np.unique(np.linspace(0, len(eyes) - 1, 50).astype(np.int64))
+    track = line.locate(eyes[some])[:, 0]
     first, last = float(track.min()), float(track.max())
     looks_back = stage.cameras[0].rotation[2] @ _forward(line, first) < 0.0
     behind, ahead = (_AHEAD_M, _BEHIND_M) if looks_back else (_BEHIND_M, _AHEAD_M)
@@ -49,7 +51,8 @@ def road_setting(
     return Setting(
         ground(line, start, end, wanted.season),
         standing,
-        line.point((first + last) / 2.0, 0.0),
+        # to 100 m: the hills must not shift by the last frame's place
+        line.point(round((first + last) / 2.0, -2), 0.0),
         SHADOW_RADIUS_M,
         tunnel,
     )
@@ -81,10 +84,13 @@ def _surroundings(
         for along in _spots(start, end, wanted.gantry_spacing_m):
             parts.append(("gantry", gantry_at(line, along)))
     if wanted.tree_spacing_m is not None:
+        root = int(rng.integers(2**63))
         for along in _spots(start, end, wanted.tree_spacing_m):
             for side in (-1.0, 1.0):
-                place = along + rng.uniform(-0.4, 0.4) * wanted.tree_spacing_m
-                parts += _growth(line, wanted, place, side, eyes, rng)
+                # by its place: as the camera's way changes, no other tree does
+                own = offspring(root, round(along / wanted.tree_spacing_m), int(side))
+                place = along + own.uniform(-0.4, 0.4) * wanted.tree_spacing_m
+                parts += _growth(line, wanted, place, side, eyes, own)
     return parts
 
 

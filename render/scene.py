@@ -80,6 +80,7 @@ def build_scene(stage: Stage) -> Scene:
     """Build the scene of a stage; the same stage gives the same scene."""
     scenario, line = stage.scenario, stage.line
     rng = generator(scenario, stage.seed, "scenery")
+    ring = generator(scenario, stage.seed, "hills")
     eyes = np.stack([camera.position for camera in stage.cameras])
     setting = _setting(stage, eyes, rng)
     season = scenario.surroundings.season
@@ -103,7 +104,7 @@ def build_scene(stage: Stage) -> Scene:
     return Scene(
         ground=_identified(setting.ground, "ground"),
         standing=merge(standing),
-        distant=_identified(hills(setting.middle, season, rng), "hill"),
+        distant=_identified(hills(setting.middle, season, ring), "hill"),
         bodies=bodies,
         body_of=np.array([unique.index(kind) for kind in kinds], dtype=np.int64),
         paints=np.array([v.colour for v in vehicles], dtype=np.float64) / 255.0,

@@ -61,7 +61,7 @@ def grown(
     is_tree = kind == "tree"
     height = rng.uniform(6.0, 13.0) if is_tree else rng.uniform(1.6, 3.2)
     spread = rng.uniform(0.5, 0.75) if is_tree else rng.uniform(1.0, 1.6)
-    near = float(np.min(np.linalg.norm(eyes - base, axis=-1)))
+    near = _nearest_m(eyes, base)
     leaves = 260 if near < 60.0 else 60 if near < 140.0 else 24
     mesh = tree(
         height * spread,
@@ -72,3 +72,12 @@ def grown(
         crown_from_m=None if is_tree else 0.2,
     )
     return mesh.moved(base, rng.uniform(0.0, 2.0 * math.pi))
+
+
+def _nearest_m(eyes: NDArray[np.float64], base: NDArray[np.float64]) -> float:
+    """Return how near the camera's way comes to a place, however it is sampled."""
+    moves = np.diff(eyes, axis=0)
+    lengths = np.maximum(np.sum(moves**2, axis=-1), 1e-12)
+    part = np.clip(np.sum((base - eyes[:-1]) * moves, axis=-1) / lengths, 0.0, 1.0)
+    way = np.concatenate([eyes[:1], eyes[:-1] + part[:, None] * moves])
+    return float(np.min(np.linalg.norm(way - base, axis=-1)))

@@ -11,19 +11,37 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.mesh import Mesh, Surface, box, cylinder, merge, quad_strip, soup
+from simbench.render.mesh import (
+    Colour,
+    Mesh,
+    Surface,
+    box,
+    cylinder,
+    merge,
+    quad_strip,
+    shaded,
+    soup,
+)
 from simbench.scenarios.road import RoadLine
 
-__all__ = ["gantry", "ground", "guard_rails", "hills", "lamp_post", "pole", "sign"]
+__all__ = [
+    "GRASS",
+    "gantry",
+    "ground",
+    "guard_rails",
+    "hills",
+    "lamp_post",
+    "pole",
+    "sign",
+]
 
-Colour = tuple[float, float, float]
+GRASS: dict[str, Colour] = {"summer": (0.33, 0.38, 0.22), "autumn": (0.47, 0.42, 0.27)}
+"""The fields' green of each season."""
 
 _ASPHALT: Colour = (0.36, 0.36, 0.365)
 _SHOULDER: Colour = (0.4, 0.395, 0.385)
 _MARK: Colour = (0.88, 0.88, 0.85)
 _YELLOW_MARK: Colour = (0.85, 0.68, 0.22)
-_GRASS: Colour = (0.33, 0.38, 0.22)
-_DRY_GRASS: Colour = (0.47, 0.42, 0.27)
 _STEEL: Colour = (0.62, 0.64, 0.66)
 _SIGN_GREEN: Colour = (0.02, 0.33, 0.2)
 _SIGN_WHITE: Colour = (0.92, 0.93, 0.92)
@@ -40,7 +58,7 @@ def ground(line: RoadLine, start_m: float, end_m: float, season: str) -> Mesh:
     bent = np.ptp(line.heading) > 1e-6 or np.ptp(line.pitch) > 1e-6
     fine = np.arange(start_m, end_m + _DASH_M, _DASH_M)
     coarse = fine if bent else np.linspace(start_m, end_m, 40)
-    grass = _DRY_GRASS if season == "autumn" else _GRASS
+    grass = GRASS[season]
     inner, lane_m = road.median_m / 2.0, road.lane_width_m
     first, last = inner + 0.5, inner + 0.5 + road.lanes * lane_m
     parts = [_band(line, coarse, -inner, inner, grass, Surface.GRASS)]
@@ -131,7 +149,7 @@ def _verge(
     edge = line.edge_m
     profile = [(edge, 0.0), (edge + 1.5, 0.12), (edge + 5, 0.7), (edge + 12, 0.35)]
     profile += [(edge + 60, 0.8), (edge + 500, 3.0)]
-    dark: Colour = (grass[0] * 0.9, grass[1] * 0.9, grass[2] * 0.9)
+    dark = shaded(grass, 0.9)
     colours = [(0.42, 0.4, 0.32), grass, dark, grass, dark]
     parts = []
     for (a, high), (b, low), colour in zip(

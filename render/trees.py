@@ -6,11 +6,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from simbench.render.mesh import Mesh, Surface, cylinder, merge, soup
+from simbench.render.mesh import Colour, Mesh, Surface, cylinder, merge, soup
 
 __all__ = ["tree"]
-
-Colour = tuple[float, float, float]
 
 _LEAVES: dict[str, tuple[Colour, ...]] = {
     "summer": (

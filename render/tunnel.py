@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.errors import RenderError
-from simbench.render.mesh import Mesh, Surface, box, merge, soup
+from simbench.render.mesh import Colour, Mesh, Surface, box, merge, soup
 from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Tunnel
 
 __all__ = ["Bore", "bore", "is_in_bore", "require_clear"]
-
-Colour = tuple[float, float, float]
 
 _CEILING_M, _CROWN_M, _ROOF_M = 6.0, 8.4, 10.0
 _HILL_M = 14.0

@@ -14,12 +14,19 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from simbench.render.mesh import Mesh, Surface, box, cylinder, extrusion, merge, soup
+from simbench.render.mesh import (
+    Colour,
+    Mesh,
+    Surface,
+    box,
+    cylinder,
+    extrusion,
+    merge,
+    soup,
+)
 from simbench.trajectories import Vehicle, VehicleClass
 
 __all__ = ["Hull", "body", "hull"]
-
-Colour = tuple[float, float, float]
 
 _TYRE: Colour = (0.05, 0.05, 0.055)
 _HUB: Colour = (0.55, 0.56, 0.58)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from simbench.trajectories import Trajectories, Vehicle
 __all__ = ["roll_balls", "varied"]
 
 _DRAWS = 20
+_ROUNDING_M = 1e-9
 
 
 def varied(ball: Ball, rng: np.random.Generator) -> Ball:
@@ -55,12 +57,13 @@ def roll_balls(scenario: Scenario, seed: int, *, skip: int = 0) -> Trajectories:
     -------
     Trajectories
         In the floor's frame: x along, y lateral. A ball's position is the point below
-        its middle at the height of its underside.
+        its middle at the height of its underside. Balls do not spin: their heading
+        is 0 whichever way they go, so that no point of them turns when they do.
 
     Raises
     ------
     TrafficError
-        If balls fly over a wall, or touch in every draw.
+        If a wall is too low for a ball, or balls touch in every draw.
     """
     if not isinstance(scenario.road, Floor) or scenario.target.ball is None:
         raise TrafficError(f"{scenario.name}: balls need a floor and a ball to follow")
@@ -81,26 +84,65 @@ def roll_balls(scenario: Scenario, seed: int, *, skip: int = 0) -> Trajectories:
 
 
 def _require_apart(paths: list[list[Phase]], balls: list[Ball], until_s: float) -> None:
-    times = np.arange(0.0, until_s + 0.01, 0.01)
-    middles = [
-        _sample(path, times)[0] + [0.0, 0.0, ball.diameter_m / 2.0]
-        for path, ball in zip(paths, balls, strict=True)
-    ]
-    for one in range(len(balls)):
-        for other in range(one):
-            gap = np.linalg.norm(middles[one] - middles[other], axis=-1)
-            close = gap < (balls[one].diameter_m + balls[other].diameter_m) / 2.0
-            if close.any():
-                raise TrafficError(
-                    f"two balls touch after {times[close.argmax()]:.2f} s in every "
-                    "draw, wanted them to pass each other"
-                )
+    for one, other in combinations(range(len(balls)), 2):
+        time_s = _first_touch(
+            (paths[one], paths[other]), (balls[one], balls[other]), until_s
+        )
+        if time_s is not None:
+            raise TrafficError(
+                f"two balls touch after {time_s:.2f} s in every draw, wanted them to "
+                "pass each other"
+            )
+
+
+def _first_touch(
+    paths: tuple[list[Phase], list[Phase]], balls: tuple[Ball, Ball], until_s: float
+) -> float | None:
+    """Return when two balls first touch, or None: exact, however fast they are.
+
+    Between two events of either ball, the way from one to the other is a quadratic in
+    time, and the square of their distance a quartic: contact is at a root.
+    """
+    events = {phase.start_s for path in paths for phase in path} | {until_s}
+    times = np.array(sorted(events))
+    start, length = times[:-1], np.diff(times)
+    first, middle, last = (
+        _between(paths, balls, start + share * length) for share in (0.0, 0.5, 1.0)
+    )
+    # The parabola through three places, for times from 0 to 1 in each interval.
+    bend = 2.0 * (first - 2.0 * middle + last)
+    bend[np.abs(bend) < _ROUNDING_M] = 0.0
+    slope = last - first - bend
+    reach = (balls[0].diameter_m + balls[1].diameter_m) / 2.0
+    way = np.linalg.norm(slope, axis=1) + np.linalg.norm(bend, axis=1)
+    for number in np.flatnonzero(np.linalg.norm(first, axis=1) - way < reach):
+        a, b, c = bend[number], slope[number], first[number]
+        gap = [a @ a, 2.0 * a @ b, b @ b + 2.0 * a @ c, 2.0 * b @ c, c @ c - reach**2]
+        roots = np.roots(gap)
+        shares = roots[np.isreal(roots)].real
+        touching = shares[(shares >= 0.0) & (shares <= 1.0)].tolist()
+        if gap[-1] < 0.0 or touching:
+            share = 0.0 if gap[-1] < 0.0 else min(touching)
+            return float(start[number] + share * length[number])
+    return None
+
+
+def _between(
+    paths: tuple[list[Phase], list[Phase]],
+    balls: tuple[Ball, Ball],
+    times: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the way from the first ball's middle to the second's, (T, 3) m."""
+    (one, _), (other, _) = (_sample(path, times) for path in paths)
+    up = (balls[1].diameter_m - balls[0].diameter_m) / 2.0
+    way: NDArray[np.float64] = other - one + np.array([0.0, 0.0, up])
+    return way
 
 
 def _sample(
     path: list[Phase], times: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return places (T, 3) m, velocities (T, 3) m/s and headings (T,) rad."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return places (T, 3) m and velocities (T, 3) m/s."""
     starts = np.array([phase.start_s for phase in path])
     # The last of several events at one instant counts.
     owner = np.searchsorted(starts, times, side="right") - 1
@@ -108,8 +150,7 @@ def _sample(
     for number in np.unique(owner):
         mine = owner == number
         places[mine], velocities[mine] = path[number].at(times[mine])
-    headings = np.array([phase.heading for phase in path])[owner]
-    return places, velocities, headings
+    return places, velocities
 
 
 def _filmed(
@@ -131,10 +172,10 @@ def _filmed(
     return Trajectories(
         times=times,
         vehicles=vehicles,
-        positions=np.stack([places for places, _, _ in sampled], axis=1),
-        headings=np.stack([headings for _, _, headings in sampled], axis=1),
+        positions=np.stack([places for places, _ in sampled], axis=1),
+        headings=np.zeros(shape),
         pitches=np.zeros(shape),
-        speeds=np.stack([np.linalg.norm(v, axis=-1) for _, v, _ in sampled], axis=1),
+        speeds=np.stack([np.linalg.norm(v, axis=-1) for _, v in sampled], axis=1),
         lanes=np.zeros(shape, dtype=np.int64),
         target=0,
     )

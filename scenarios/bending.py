@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from simbench.scenarios.fleet import FLEET, PAINTS, draw_paint
 from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.seeds import generator
+from simbench.scenarios.seeds import generator, offspring
 from simbench.trajectories import LaneChange, Trajectories, Vehicle
 
 __all__ = ["STEP_S", "bend", "gradient", "sample", "smooth_lane"]
@@ -96,14 +96,15 @@ def _kind(name: str, scenario: Scenario) -> Any:
 def _vehicles(
     names: list[str], kinds: list[Any], scenario: Scenario, looks: np.random.Generator
 ) -> tuple[Vehicle, ...]:
-    vehicles = []
+    root, vehicles = int(looks.integers(2**63)), []
     for name, kind in zip(names, kinds, strict=True):
         build = FLEET[kind]
-        colour = draw_paint(kind, looks)
         if name == "target":
             colour = PAINTS[scenario.target.colour]
         elif name.startswith("stranger."):
             colour = PAINTS[scenario.strangers[int(name.split(".")[1])].colour]
+        else:  # by its name: one vehicle more or less paints no other
+            colour = draw_paint(kind, offspring(root, name))
         vehicles.append(
             Vehicle(name, kind, build.length, build.width, build.height, colour)
         )

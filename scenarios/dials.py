@@ -187,9 +187,9 @@ def set_up(scenario: Scenario) -> Scenario:
     parts: dict[str, object] = {}
     if changes:
         parts["imaging"] = imaging.model_copy(update=changes)
-    if dials.vibration_px is not None:
-        shake = {"vibration_px": dials.vibration_px}
-        parts["camera"] = scenario.camera.model_copy(update=shake)
+    moves = _moves_of_camera(scenario)
+    if moves:
+        parts["camera"] = scenario.camera.model_copy(update=moves)
     if dials.illumination is not None:
         lit = {"illumination": dials.illumination}
         parts["light"] = scenario.light.model_copy(update=lit)
@@ -210,6 +210,22 @@ def set_up(scenario: Scenario) -> Scenario:
             f"{_LEAST_FRAMES}: make the story longer (frames)"
         )
     return told
+
+
+def _moves_of_camera(scenario: Scenario) -> dict[str, float]:
+    """Return how far the camera shakes and strays, as dials ask.
+
+    What strays by so many pixels strays by as much of a picture of another size.
+    """
+    dials, camera = scenario.dials, scenario.camera
+    scale = (dials.resolution or scenario.imaging.width_px) / scenario.imaging.width_px
+    moves = {}
+    if scale != 1.0:
+        moves["wander_px"] = camera.wander_px * scale
+        moves["vibration_px"] = camera.vibration_px * scale
+    if dials.vibration_px is not None:
+        moves["vibration_px"] = dials.vibration_px
+    return moves
 
 
 def most_frames(scenario: Scenario) -> int:

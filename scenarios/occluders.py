@@ -60,7 +60,7 @@ def place_occluders(
     trajectories: Trajectories,
     cameras: tuple[Camera, ...],
 ) -> tuple[PlacedOccluder, ...]:
-    """Place a scenario's occluders, on the map or on the line of sight.
+    """Place a scenario's occluders, those on the map before those on the line of sight.
 
     Raises
     ------
@@ -72,7 +72,10 @@ def place_occluders(
         _on_map(occluder, line)
         if occluder.hides_at_s is None
         else _on_sight(number, scenario, line, trajectories, cameras)
-        for number, occluder in enumerate(scenario.occluders)
+        for number, occluder in sorted(
+            enumerate(scenario.occluders),
+            key=lambda told: told[1].hides_at_s is not None,
+        )
     )
 
 

@@ -90,7 +90,7 @@ def motion(ball: Ball, plan: FloorPlan, until_s: float) -> list[Phase]:
     Raises
     ------
     TrafficError
-        If the ball flies over a wall.
+        If a wall is lower than the ball's middle where the ball meets it.
     """
     now = _start(ball)
     phases = [now]
@@ -108,7 +108,7 @@ def motion(ball: Ball, plan: FloorPlan, until_s: float) -> list[Phase]:
         if next_s == kick_s:
             now = _kicked(now, kicks.pop(0), place, ball)
         elif next_s == wall_s:
-            _require_below_wall(next_s, place, ball, plan)
+            _require_below_wall(now, next_s, place, ball, plan)
             velocity[axis] *= -ball.restitution
             place[axis] = _inside(place, axis, ball, plan)
             now = _phase(next_s, place, velocity, now.rolls, ball, now.heading)
@@ -210,12 +210,24 @@ def _inside(
 
 
 def _require_below_wall(
-    time_s: float, place: NDArray[np.float64], ball: Ball, plan: FloorPlan
+    now: Phase,
+    time_s: float,
+    place: NDArray[np.float64],
+    ball: Ball,
+    plan: FloorPlan,
 ) -> None:
-    middle = float(place[2]) + ball.diameter_m / 2.0
-    if middle > plan.wall_m:
+    radius = ball.diameter_m / 2.0
+    middle = float(place[2]) + radius
+    if middle <= plan.wall_m:
+        return
+    if now.rolls:
         raise TrafficError(
-            f"a ball flies over the wall after {time_s:.2f} s: wanted a height below "
-            f"road.floor.wall_m = {plan.wall_m:g} m there, found {middle:.2f}: raise "
-            "the wall or slow the ball"
+            f"a ball rolls over the wall after {time_s:.2f} s: wanted a wall at least "
+            f"as high as the ball's radius, {radius:g} m, found road.floor.wall_m = "
+            f"{plan.wall_m:g} m: raise the wall or let a smaller ball roll"
         )
+    raise TrafficError(
+        f"a ball flies over the wall after {time_s:.2f} s: wanted its middle below "
+        f"road.floor.wall_m = {plan.wall_m:g} m there, found {middle:.3f} m: raise the "
+        "wall or slow the ball"
+    )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import zlib
 from typing import Literal
 
 import numpy as np
 
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["Stream", "generator", "stream"]
+__all__ = ["Stream", "generator", "offspring", "stream"]
 
 Stream = Literal[
-    "traffic", "looks", "scenery", "sensor", "vibration", "drops", "weather"
+    "traffic", "looks", "scenery", "hills", "sensor", "vibration", "drops", "weather"
 ]
 
 _NUMBERS: dict[Stream, int] = {
@@ -22,6 +23,7 @@ _NUMBERS: dict[Stream, int] = {
     "scenery": 5,
     "drops": 6,
     "weather": 7,
+    "hills": 8,
 }
 
 
@@ -32,6 +34,7 @@ def _sequence(
         "traffic": scenario.seeds.traffic,
         "looks": scenario.seeds.looks,
         "scenery": scenario.seeds.looks,
+        "hills": scenario.seeds.looks,
         "sensor": scenario.seeds.sensor,
         "vibration": scenario.seeds.sensor,
         "drops": scenario.seeds.sensor,
@@ -53,12 +56,29 @@ def generator(
     seed : int
         Seed of the run, at least 0.
     name : Stream
-        Which stream. Scenery (trees, hills) goes with the looks' seed, vibration,
+        Which stream. Scenery (trees) and hills go with the looks' seed, vibration,
         lost frames and rain with the sensor's.
     *more : int
         Part of the stream, such as a frame's index.
     """
     return np.random.default_rng(_sequence(scenario, seed, name, *more))
+
+
+def offspring(root: int, *name: int | str) -> np.random.Generator:
+    """Return the generator of one of many things of a kind.
+
+    What is drawn for a thing then hangs on its name alone, and not on how many others
+    there are.
+
+    Parameters
+    ----------
+    root : int, in [0, 2**63)
+        Drawn from the stream of the kind.
+    *name : int or str
+        What tells the thing from others of its kind.
+    """
+    words = [zlib.crc32(repr(part).encode()) for part in name]
+    return np.random.default_rng([root, *words])
 
 
 def stream(scenario: Scenario, seed: int, name: Stream, attempt: int) -> int:

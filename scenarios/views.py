@@ -46,8 +46,10 @@ def camera_path(
         raise ScenarioError(
             f"{scenario.name}: camera.look_at must differ from camera.position"
         )
+    # first: where the aim begins must not hang on how many frames there are
+    wander = _wander(view, trajectories.times, rng)
     shake = _shake(scenario, trajectories.times, rng)
-    shake[:, :2] += _wander(view, trajectories.times, rng)
+    shake[:, :2] += wander
     imaging = scenario.imaging
     cameras = []
     for eye, aim, (right, down, roll) in zip(eyes, aims, shake, strict=True):

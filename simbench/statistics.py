@@ -55,11 +55,6 @@ class Spread:
     high: float
     count: int
 
-    @property
-    def standard_error(self) -> float:
-        """Standard deviation of the mean; NaN if ``count`` is below 2."""
-        return self.sd / float(np.sqrt(self.count)) if self.count else float("nan")
-
 
 def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     """Return mean, standard deviation, range and confidence interval of values.

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 __all__ = ["any_scenario"]
+
+_CROSSING = Path(__file__).parent / "scenarios" / "crossing" / "crossing.sumocfg"
 
 Draw = Callable[[np.random.Generator], Any]
 
@@ -78,6 +81,23 @@ _FLOOR = _all(
         length_m=_number(1, 30),
         width_m=_number(1, 20),
         pattern=_one("tiles", "boards", "plain"),
+    )
+)
+_NETWORK = _with(
+    _all(
+        sumo=_one("library:merge.sumocfg", "library:weave.sumocfg", str(_CROSSING)),
+        search_s=_number(5, 40),
+    ),
+    _some(begin_s=_number(0, 20)),
+)
+_CHOICE = _all(
+    choose=_some(
+        vehicle_class=_CLASSES,
+        colour=_PAINTS,
+        lane=_whole(0, 2),
+        at_m=_number(0, 200),
+        changes_lane=_one(True, False),
+        after_s=_number(0, 20),
     )
 )
 _BALL = _some(
@@ -152,7 +172,7 @@ _SOUND = _with(
     ),
     _some(
         0.35,
-        road=_one(_ROAD, _ROAD, _ROAD, _FLOOR),
+        road=_one(_ROAD, _ROAD, _ROAD, _FLOOR, _NETWORK),
         target=_one(
             _some(
                 vehicle_class=_CLASSES,
@@ -178,14 +198,16 @@ _SOUND = _with(
             tree_spacing_m=_one(None, _number(10, 60)),
             lamp_spacing_m=_one(None, _number(10, 60)),
             gantry_spacing_m=_number(40, 300),
+            tunnel=_all(from_m=_number(-50, 100), to_m=_number(50, 400)),
         ),
         camera=_some(
             0.4,
-            motion=_one("still", "follow"),
+            motion=_one("still", "follow", "pan"),
             position=_PLACE,
             look_at=_PLACE,
             fov_rad=_number(0.05, 2.5),
             vibration_px=_number(0, 9),
+            wander_px=_number(0, 20),
         ),
         light=_some(
             time=_one("day", "dusk", "night"), weather=_one("clear", "fog", "rain")
@@ -193,6 +215,15 @@ _SOUND = _with(
         dials=_DIALS,
         seeds=_some(traffic=_whole(0, 9)),
     ),
+)
+_LENS = _number(0.1, 1.5)
+_VARIANT = _with(
+    _some(
+        frames=_whole(2, 5),
+        dials=_DIALS,
+        light=_some(time=_one("day", "dusk", "night")),
+    ),
+    _one({}, lambda rng: {"camera.fov_rad": _LENS(rng)}),
 )
 _JUNK: tuple[Any, ...] = (
     None,
@@ -216,16 +247,21 @@ def any_scenario(seed: int) -> dict[str, Any]:
     content: dict[str, Any] = _SOUND(rng)
     if rng.random() < 0.9:
         _match(content, rng)
+    if rng.random() < 0.2:
+        content["variants"] = {"other": _VARIANT(rng)}
     if rng.random() < 0.25:
         _break(content, rng)
     return content
 
 
 def _match(content: dict[str, Any], rng: np.random.Generator) -> None:
-    """Put a ball on a floor, and anything else on a road."""
-    is_floor = "floor" in content.get("road", {})
-    if is_floor:
+    """Put a ball on a floor, and anything else on a road; have SUMO's own chosen."""
+    road = content.get("road", {})
+    if "floor" in road:
         content["target"] = {"ball": _BALL(rng)}
+        content.pop("strangers", None)
+    elif "sumo" in road:
+        content["target"] = _CHOICE(rng)
         content.pop("strangers", None)
     elif "ball" in content.get("target", {}):
         del content["target"]

@@ -19,7 +19,6 @@ LOWER_FLOOR = {
     "mask",
     "measures",
     "one_line",
-    "photometry",
     "sequence",
     "tracker",
     "trajectories",

@@ -73,10 +73,17 @@ class Dials(Strict):
     vibration_px: float | None = Field(default=None, ge=0, le=50)
     noise: float | None = Field(default=None, ge=0, le=0.5)
     frame_rate_hz: float | None = Field(
-        default=None, gt=0.05, le=100, description="Of the frames kept."
+        default=None,
+        gt=0.05,
+        le=100,
+        description="Of the frames kept, before any are lost (imaging.drop_share).",
     )
     resolution: int | None = Field(
-        default=None, ge=64, le=3840, description="Width of the picture in px."
+        default=None,
+        ge=64,
+        le=3840,
+        description="Width of the picture in px; what shakes or strays by so many "
+        "pixels does so in proportion, the lens blurs as many as before.",
     )
     jpeg_quality: int | None = Field(default=None, ge=1, le=100)
 

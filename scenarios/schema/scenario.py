@@ -198,7 +198,12 @@ class Scenario(Strict):
             for one in self.occluders
         )
         return self.model_copy(
-            update={"imaging": imaging, "frames": frames, "occluders": occluders}
+            update={
+                "imaging": imaging,
+                "frames": frames,
+                "occluders": occluders,
+                "target": self.target.lasting(self.duration_s),
+            }
         )
 
     def shortened(self, frames: int) -> Scenario:
@@ -216,6 +221,8 @@ class Scenario(Strict):
             raise ValueError(f"frames must be at least 2, got {frames}")
         kept = min(frames, self.frames)
         end_s = (kept - 1) * self.imaging.interval_s
+        # where frames are lost the story lasts longer, nobody knows how long yet
+        last_s = math.inf if self.imaging.drop_share else end_s
         occluders = tuple(
             occluder
             for occluder in self.occluders
@@ -226,9 +233,9 @@ class Scenario(Strict):
                 "frames": kept,
                 "occluders": occluders,
                 "dials": _less_hidden(self.dials, self.occluders, occluders),
-                "traffic": _calmed(self.traffic, end_s),
-                "target": _until(self.target, end_s).lasting(self.duration_s),
-                "strangers": tuple(_until(one, end_s) for one in self.strangers),
+                "traffic": _calmed(self.traffic, last_s),
+                "target": _until(self.target, last_s).lasting(self.duration_s),
+                "strangers": tuple(_until(one, last_s) for one in self.strangers),
             }
         )
 

@@ -50,6 +50,11 @@ class Occluder(Strict):
             raise ValueError(
                 "give either along_m and lateral_m, or hides_at_s and distance_m"
             )
+        if placed and self.rise_m != 0.0:
+            raise ValueError(
+                f"rise_m is from the line of sight: wanted hides_at_s and distance_m, "
+                f"got rise_m {self.rise_m:g} with along_m"
+            )
         return self
 
 

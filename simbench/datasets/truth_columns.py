@@ -77,7 +77,7 @@ _VEHICLES = (
     Column("z_m", _REAL, "m", "centre of its footprint, up"),
     Column("heading_rad", _REAL, "rad", "heading, counter-clockwise from x"),
     Column("pitch_rad", _REAL, "rad", "nose up positive; null where unknown"),
-    Column("speed_mps", _REAL, "m/s", "along its heading; null where unknown"),
+    Column("speed_mps", _REAL, "m/s", "along its way; null where unknown"),
     Column("length_m", _REAL, "m", "length of the body"),
     Column("width_m", _REAL, "m", "width of the body"),
     Column("height_m", _REAL, "m", "height of the body"),

@@ -53,8 +53,7 @@ def accompanied(scenario: Scenario) -> Scenario:
 
 def _camera_is_left(scenario: Scenario) -> bool:
     """Tell whether the camera stands to the left of the target's first lane."""
-    assert isinstance(scenario.road, Road)  # else `beside` has refused
-    line = RoadLine.from_road(scenario.road)
+    line = RoadLine.from_road(scenario.carriageway)
     eye = place_points(line, scenario.camera.position, np.zeros(1))
     lateral = float(line.locate(eye)[0, 1])
     return lateral > float(line.lane_lateral(scenario.target.lane))

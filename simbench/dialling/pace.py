@@ -23,6 +23,8 @@ _LEAST_FRAMES = 8
 _FASTEST_HZ = 100.0
 _WIDEST, _NARROWEST = 2.4, 0.006  # rad, field of view
 _TURNS = 6
+_FINE = 2.0
+"""By what a lens may be changed where the rate can give what the stride left over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +41,10 @@ def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
 
     The story keeps its time span, so it is sampled in more frames or fewer. The height
     of the target is reached by the focal length. Its displacement is reached by the
-    stride first, and then, finely, by the focal length, or, where ``target_px`` holds
-    that, by the frame rate; where ``frame_rate_hz`` holds the stride, by the focal
-    length alone. What is reached already is left as it is.
+    stride first, and then, finely, by the focal length; where ``target_px`` holds
+    that, or where it would have to change a lot because the picture moves of itself (a
+    camera whose aim strays), by the frame rate. Where ``frame_rate_hz`` holds stride
+    and rate, by the focal length alone. What is reached already is left as it is.
 
     Parameters
     ----------
@@ -76,16 +79,38 @@ def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
     if dials.frame_rate_hz is None:
         found = _strided(found, wanted, look)
     if not _is_close(found.displacement_px, wanted):
-        if dials.target_px is None:
-            found = _zoomed(found, "displacement_px", wanted, look)
-        elif dials.frame_rate_hz is None:
-            found = _rated(found, wanted, look)
+        found = _finely(found, wanted, look)
     _require_reached(found, scenario)
     return found.scenario
 
 
+def _finely(start: _Look, wanted: float, look: Callable[[Scenario], _Look]) -> _Look:
+    """Turn what is free to turn, the lens before the rate, unless by too much."""
+    dials, tries = start.scenario.dials, [start]
+    if dials.target_px is None:
+        zoomed = _zoomed(start, "displacement_px", wanted, look)
+        is_fine = 1.0 / _FINE < _zoom(start, zoomed) < _FINE
+        if is_fine and _is_close(zoomed.displacement_px, wanted):
+            return zoomed
+        tries.append(zoomed)
+    if dials.frame_rate_hz is None:
+        rated = _rated(start, wanted, look)
+        if _is_close(rated.displacement_px, wanted):
+            return rated
+        tries.append(rated)
+    return min(tries, key=lambda one: abs(one.displacement_px - wanted))
+
+
 def _is_close(value: float, wanted: float) -> bool:
     return abs(value - wanted) <= _CLOSE * wanted
+
+
+def _zoom(before: _Look, after: _Look) -> float:
+    """Return by how much the focal length was changed."""
+    wide, narrow = (
+        math.tan(one.scenario.camera.fov_rad / 2.0) for one in (before, after)
+    )
+    return wide / narrow
 
 
 def _zoomed(

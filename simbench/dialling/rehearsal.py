@@ -174,7 +174,8 @@ class Rehearsal:
         """
         stage, target = self.stage, self.stage.trajectories.target
         line = stage.line
-        assert isinstance(line, RoadLine)  # who asks has found a lane there
+        if not isinstance(line, RoadLine):
+            raise TypeError("only a carriageway has lanes beside the target")
         poses, _ = vehicle_poses(stage.trajectories, frame)
         along = float(line.locate(poses[target : target + 1, :3, 3])[0, 0])
         bodies = body(stage.trajectories.vehicles[target]), body(other)

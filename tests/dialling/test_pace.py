@@ -41,6 +41,18 @@ def test_a_large_displacement_drops_frames_a_small_one_adds_some() -> None:
     assert large.frames < 40 < small.frames
 
 
+@pytest.mark.parametrize("wanted", [4.0, 14.0])
+def test_where_the_aim_strays_the_rate_gives_what_the_stride_leaves_over(
+    wanted: float,
+) -> None:
+    straying = {"motion": "follow", "wander_px": 30, "wander_period_s": 1.2}
+    scenario = roadside(camera=roadside().camera.model_dump() | straying)
+    told = paced(scenario.with_dials({"displacement_px": wanted}), 0, 0)
+    moves, height = _shown(told)
+    assert moves == pytest.approx(wanted, rel=0.1)
+    assert height == pytest.approx(_shown(scenario)[1], rel=0.3)
+
+
 def test_size_and_displacement_are_reached_together() -> None:
     told = roadside().with_dials({"target_px": 16, "displacement_px": 10})
     moves, height = _shown(paced(told, 0, 0))

@@ -30,3 +30,20 @@ def test_the_road_reaches_as_far_as_the_camera_will_see(
     assert ground.max() > 60 + 500
     assert ground.min() < 60 - least_behind_m
     assert (ground.min() > 60 - 200) == (motion == "still")
+
+
+def test_trees_and_hills_stay_as_the_camera_takes_other_frames() -> None:
+    moving = story().camera.model_dump() | {"motion": "follow"}
+    green = {"tree_spacing_m": 15, "guard_rails": False}
+    scenario = story(camera=moving, surroundings=green, frames=41)
+    rate = scenario.imaging.frame_rate_hz
+    whole, some, fewer = (
+        build_scene(set_stage(told, seed=0))
+        for told in (scenario, scenario.retimed(rate, 4), scenario.retimed(rate, 3))
+    )
+    assert whole.standing.positions.tobytes() == some.standing.positions.tobytes()
+    # of 39 frames the camera comes less far, so that only trees far ahead may lack
+    shared = len(fewer.standing.positions)
+    assert shared > 0.9 * len(whole.standing.positions)
+    assert (fewer.standing.positions == whole.standing.positions[:shared]).all()
+    assert (whole.distant.positions == fewer.distant.positions).all()

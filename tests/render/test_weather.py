@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from simbench.camera import Camera
 from simbench.errors import RenderError
-from simbench.photometry import mean_luminance
+from simbench.render import filming
 from simbench.render.air import see_through_air
 from simbench.render.exposure import AutoExposure
-from simbench.render.lamplight import LampMap, vehicle_lamps
+from simbench.render.lamplight import LampMap, Lamps, gather_lamps, vehicle_lamps
 from simbench.render.light import extinction_per_m, illuminate
 from simbench.render.pyrender_camera import PyrenderCamera, Shot
 from simbench.render.rain import draw_rain, falling_drops
 from simbench.render.scene import Scene, build_scene, vehicle_poses
+from simbench.render.surroundings import lamp_post
 from simbench.render.vehicles import body
 from simbench.scenarios.fleet import FLEET, PAINTS
 from simbench.scenarios.schema import Light
@@ -50,6 +51,11 @@ def _film(gain: float = 1.0, **parts: Any) -> Filmed:
                 see_through_air(stage, scene, shot, poses, present, index, gain)
             )
     return Filmed(scene, shots, images)
+
+
+def _mean_light(image: NDArray[np.uint8]) -> float:
+    """Return a picture's mean light by the film curve of the shaders."""
+    return float(_linear(np.arange(256.0))[image].mean())
 
 
 def _linear(level: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -141,34 +147,83 @@ class TestRain:
         assert across > 3 * down > 0
 
 
+def _street(*places: tuple[float, float, float], heading: float = 0.0) -> Lamps:
+    """Return street lamps at places (x, y, height) along a road of one heading."""
+    count = len(places)
+    return Lamps(
+        (),
+        street=np.array(places).reshape(-1, 3),
+        heights=np.array([height for *_, height in places]),
+        headings=np.full(count, heading),
+        ids=np.zeros(count, np.int64),
+        on_camera=False,
+    )
+
+
+def _light_at(lamps: LampMap, x: float, y: float) -> NDArray[np.float32]:
+    u, v = (lamps.to_map @ [x, y, 0, 1])[:2]
+    rows, columns = lamps.texels.shape[:2]
+    texel: NDArray[np.float32] = lamps.texels[int(v * rows), int(u * columns)]
+    return texel
+
+
+def _looking(heading: float) -> Camera:
+    """Return a camera that looks at (30, 0) from 40 m away, in a direction [rad]."""
+    eye = 30 - 40 * np.cos(heading), -40 * np.sin(heading), 7.0
+    return Camera.look_at(eye, (30, 0, 0), fov_rad=0.8, width=160, height=120)
+
+
 class TestLampMap:
     def test_a_beam_lies_ahead_of_its_vehicle_and_a_red_glow_behind(self) -> None:
-        lamps = LampMap(np.zeros((0, 3)), np.zeros(0))
+        lamps = LampMap(_street())
         lamps.light(_camera(), np.array([[50.0, 0.0, 0.0, 2.0]]))
-
-        def at(x: float, y: float) -> NDArray[np.float32]:
-            u, v = (lamps.to_map @ [x, y, 0, 1])[:2]
-            rows, columns = lamps.texels.shape[:2]
-            texel: NDArray[np.float32] = lamps.texels[int(v * rows), int(u * columns)]
-            return texel
-
-        assert at(62, 0)[1] > 5 * at(62, 6)[1]
-        assert at(62, 0)[1] > 0.3 > at(45, 0)[1]
-        assert at(62, 0)[3] == pytest.approx(at(62, 0)[1], rel=1e-3)
-        assert at(47, 0)[2] > 0.5 > at(55, 0)[2]
+        ahead, behind = _light_at(lamps, 62, 0), _light_at(lamps, 47, 0)
+        assert ahead[1] > 5 * _light_at(lamps, 62, 6)[1]
+        assert ahead[1] > 0.3 > _light_at(lamps, 45, 0)[1]
+        assert ahead[3] == pytest.approx(ahead[1], rel=1e-3)
+        assert behind[2] > 0.5 > _light_at(lamps, 55, 0)[2]
 
     def test_a_street_lamp_shines_full_below_and_by_the_inverse_square_aside(
         self,
     ) -> None:
-        lamps = LampMap(np.array([[30.25, 0.25, 10.0]]), np.array([10.0]))
+        lamps = LampMap(_street((30.25, 0.25, 10.0)))
         lamps.light(_camera(), np.zeros((0, 4)))
-        rows, columns = lamps.texels.shape[:2]
-        u, v = (lamps.to_map @ [30.25, 0.25, 0, 1])[:2]
-        row, column = int(v * rows), int(u * columns)
-        assert lamps.texels[row, column, 0] == pytest.approx(1.0, abs=0.01)
+        assert _light_at(lamps, 30.25, 0.25)[0] == pytest.approx(1.0, abs=0.01)
         # As far aside as it is high: 1 / sqrt(8), less what the edge fades.
         expected = 8**-0.5 * (1 - 100 / 1600)
-        assert lamps.texels[row + 20, column, 0] == pytest.approx(expected, abs=0.01)
+        assert _light_at(lamps, 30.25, 10.25)[0] == pytest.approx(expected, abs=0.01)
+
+    @pytest.mark.parametrize("road", [0.0, 1.0, np.pi / 2])
+    @pytest.mark.parametrize("look", [0.0, 0.7, np.pi / 2, -2.0])
+    def test_a_pool_is_long_along_the_road_wherever_the_camera_looks(
+        self, road: float, look: float
+    ) -> None:
+        lamps = LampMap(_street((30.0, 0.0, 10.0), heading=road))
+        lamps.light(_looking(look), np.zeros((0, 4)))
+        cos, sin = np.cos(road), np.sin(road)
+        # 1.4 times as far along as aside: as much light.
+        along = [_light_at(lamps, 30 + s * 14 * cos, s * 14 * sin)[0] for s in (-1, 1)]
+        aside = [_light_at(lamps, 30 - s * 10 * sin, s * 10 * cos)[0] for s in (-1, 1)]
+        expected = 8**-0.5 * (1 - 100 / 1600)
+        assert [*along, *aside] == pytest.approx([expected] * 4, abs=0.03)
+
+    @pytest.mark.parametrize("look", [0.0, 0.7])
+    def test_a_pool_fades_out_before_it_ends(self, look: float) -> None:
+        lamps = LampMap(_street((30.0, 0.0, 40.0)))
+        lamps.light(_looking(look), np.zeros((0, 4)))
+        light = [_light_at(lamps, x, 0.0)[0] for x in np.arange(30.0, 95.0, 0.5)]
+        # It falls by some 1 / 56 a metre; the map is in steps of half a metre.
+        assert np.abs(np.diff(light)).max() < 0.04
+        assert light[2 * 50] > 0.0 == light[2 * 57]
+
+    def test_a_post_lights_the_road_that_its_arm_reaches_across(self) -> None:
+        posts = [
+            lamp_post().moved((5.0, 6.0, 2.0), heading) for heading in (0.0, 1.0, -2.5)
+        ]
+        lamps = gather_lamps([], posts, on_camera=False)
+        assert lamps.headings == pytest.approx([0.0, 1.0, -2.5], abs=1e-4)
+        assert lamps.heights == pytest.approx([10.0] * 3, abs=1e-4)
+        assert lamps.street[0, :2] == pytest.approx([5.0, 6.0 + 2.35], abs=1e-4)
 
     def test_a_car_has_two_white_lamps_ahead_and_two_red_behind(self) -> None:
         build = FLEET["car"]
@@ -204,6 +259,37 @@ class TestAutoExposure:
         exposure = AutoExposure(0.5)
         exposure.measure(np.full((4, 4, 3), 30, np.uint8), 0.04)
         assert exposure.gain == 1.0
+
+    @pytest.mark.gl
+    def test_it_follows_the_true_times_where_frames_are_lost(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        told = []
+
+        class Watched(AutoExposure):
+            def measure(self, image: NDArray[np.uint8], next_in_s: float) -> None:
+                told.append(next_in_s)
+                super().measure(image, next_in_s)
+
+        monkeypatch.setattr(filming, "AutoExposure", Watched)
+        view = {
+            "position": {"along_m": -4, "height_m": 3},
+            "look_at": {"along_m": 2},
+            "fov_rad": 0.8,
+        }
+        imaging = {"width_px": 64, "height_px": 48, "drop_share": 0.6}
+        scenario = story(
+            frames=6,
+            road={"floor": {}},
+            target={"ball": {"diameter_m": 1}},
+            camera=view,
+            imaging=imaging | {"auto_exposure_s": 0.2},
+        )
+        stage = set_stage(scenario, 0)
+        filming.film(stage, lambda index, image: None)
+        gaps = np.diff(stage.trajectories.times)
+        assert np.ptp(gaps) > 0.03
+        assert told[:-1] == pytest.approx(gaps)
 
 
 _TUNNEL: dict[str, Any] = {
@@ -319,7 +405,7 @@ class TestFilmed:
             "light": {"time": "night"},
         }
         dark, lit = _film(**parts), _film(**parts, surroundings=_STREET)
-        assert mean_luminance(lit.images[0]) > 1.5 * mean_luminance(dark.images[0])
+        assert _mean_light(lit.images[0]) > 1.5 * _mean_light(dark.images[0])
 
     def test_gain_is_illumination_by_another_name(self) -> None:
         brighter = _film(frames=2, gain=2.0)
@@ -341,7 +427,7 @@ class TestFilmed:
                 target=target,
                 surroundings=_TUNNEL,
             )
-            levels.append(mean_luminance(filmed.shots[0].image[60:]))
+            levels.append(_mean_light(filmed.shots[0].image[60:]))
         assert levels[1] < 0.25 * levels[0]
         assert levels[2] > 0.8 * levels[0]
 

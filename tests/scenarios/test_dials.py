@@ -121,6 +121,17 @@ def test_settings_of_the_camera_are_set() -> None:
     )
 
 
+def test_what_moves_the_picture_does_so_in_proportion_to_its_resolution() -> None:
+    shaky = {"wander_px": 40.0, "vibration_px": 2.0}
+    scenario = story(camera=story().camera.model_dump() | shaky)
+    width = scenario.imaging.width_px
+    half = set_up(scenario.with_dials({"resolution": width // 2})).camera
+    assert (half.wander_px, half.vibration_px) == (20.0, 1.0)
+    asked = {"resolution": width // 2, "vibration_px": 3.0}
+    both = set_up(scenario.with_dials(asked)).camera
+    assert (both.wander_px, both.vibration_px) == (20.0, 3.0)
+
+
 def test_another_frame_rate_keeps_the_span_of_the_story() -> None:
     scenario = story(frames=51)  # 2 s
     slow = set_up(scenario.with_dials({"frame_rate_hz": 5}))

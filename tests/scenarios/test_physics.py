@@ -110,6 +110,12 @@ def test_a_ball_over_the_wall_is_an_error_that_says_when_and_how_high() -> None:
         motion(ball, low, 3.0)
 
 
+def test_a_ball_that_rolls_at_a_wall_below_its_middle_is_told_so() -> None:
+    ball = _ball(along_m=5, speed_mps=4, friction=0, diameter_m=0.24)
+    with pytest.raises(TrafficError, match=r"rolls over .* 0\.12 m, found .* = 0\.1 m"):
+        motion(ball, FloorPlan(length_m=10, width_m=10, wall_m=0.1), 3.0)
+
+
 @given(
     speed=st.floats(0, 20),
     direction=st.floats(-3, 3),
@@ -187,6 +193,42 @@ def test_balls_that_would_touch_in_every_draw_are_an_error() -> None:
     scenario = _on_floor(ball, frames=60, traffic={"balls": [other]})
     with pytest.raises(TrafficError, match=r"story: two balls touch after 0\.9"):
         roll_balls(scenario, 0)
+
+
+@pytest.mark.parametrize("along_m", np.linspace(8, 9, 9).tolist())
+def test_balls_are_noticed_to_touch_however_fast_they_pass(along_m: float) -> None:
+    # At 80 m/s towards each other they are within reach for 2.5 ms only.
+    ball = {"along_m": 1, "speed_mps": 40, "diameter_m": 0.1}
+    ball |= {"spread": 0, "friction": 0}
+    other = ball | {"along_m": along_m, "direction_rad": math.pi}
+    scenario = _on_floor(ball, frames=6, traffic={"balls": [other]})
+    touch = f"touch after {(along_m - 1 - 0.1) / 80:.2f} s"
+    with pytest.raises(TrafficError, match=touch):
+        roll_balls(scenario, 0)
+
+
+@pytest.mark.parametrize(("height_m", "is_hit"), [(0.35, False), (0.25, True)])
+def test_a_ball_that_flies_over_another_touches_it_if_it_is_low(
+    height_m: float, is_hit: bool
+) -> None:
+    # Thrown up so that it is at its highest, at height_m, halfway above the other.
+    up_mps = math.sqrt(2 * GRAVITY * height_m)
+    at_m = 2 + 3 * up_mps / GRAVITY
+    ball = {"along_m": 2, "speed_mps": 3, "up_mps": up_mps, "diameter_m": 0.3}
+    other = {"along_m": at_m, "speed_mps": 0, "diameter_m": 0.3}
+    balls = [one | {"spread": 0, "friction": 0} for one in (ball, other)]
+    scenario = _on_floor(balls[0], frames=12, traffic={"balls": balls[1:]})
+    if is_hit:
+        with pytest.raises(TrafficError, match="two balls touch after"):
+            roll_balls(scenario, 0)
+    else:
+        assert roll_balls(scenario, 0).redraws == 0
+
+
+def test_a_ball_does_not_turn_about_itself_when_it_turns_back() -> None:
+    drive = roll_balls(load_scenario("ball-bounce"), 0)
+    assert np.diff(drive.positions[:, 0, 0]).min() < 0
+    assert np.ptp(drive.headings) == 0.0
 
 
 def test_a_second_ball_rolls_beside_the_target() -> None:

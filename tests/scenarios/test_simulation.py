@@ -232,6 +232,15 @@ def test_holding_the_traffic_seed_keeps_the_drive_and_changes_the_paint() -> Non
     assert [v.colour for v in one.vehicles] != [v.colour for v in other.vehicles]
 
 
+def test_a_stranger_more_paints_no_other_vehicle() -> None:
+    stranger = {"vehicle_class": "van", "lane": 1, "ahead_m": -60, "speed_mps": 15}
+    beside = _drive(story(**_BUSY | {"strangers": [stranger]}))
+    alone = {v.name: v.colour for v in _busy().vehicles}
+    shared = {v.name: v.colour for v in beside.vehicles if v.name in alone}
+    assert len(shared) > 3
+    assert shared == {name: alone[name] for name in shared}
+
+
 def test_smooth_lane_keeps_lane_centres_and_halves() -> None:
     lanes = np.array([0.0, 0.5, 1.0, 2.5, np.nan])
     assert smooth_lane(lanes) == pytest.approx(lanes, nan_ok=True)

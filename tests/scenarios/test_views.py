@@ -155,3 +155,14 @@ def test_where_a_wandering_aim_begins_differs_by_seed() -> None:
     camera = story().camera.model_dump() | {"wander_px": 40.0}
     one, other = (_stage(story(camera=camera), seed).cameras[0] for seed in (0, 1))
     assert not np.allclose(one.rotation, other.rotation)
+
+
+def test_a_story_cut_short_or_sampled_otherwise_is_seen_by_the_same_camera() -> None:
+    shaky = {"wander_px": 40.0, "vibration_px": 2.0, "motion": "follow"}
+    scenario = story(camera=story().camera.model_dump() | shaky, frames=9)
+    whole = _stage(scenario).cameras
+    cut = _stage(scenario.shortened(4)).cameras
+    for one, other in zip(cut, whole, strict=False):
+        assert one.rotation.tobytes() == other.rotation.tobytes()
+    half = _stage(scenario.retimed(scenario.imaging.frame_rate_hz, 2)).cameras
+    assert half[0].rotation.tobytes() == whole[0].rotation.tobytes()
