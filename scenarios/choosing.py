@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,7 @@ def choose(
     paints: list[Paint],
     lasts_s: float,
     search_s: float,
+    roads: frozenset[str],
 ) -> tuple[int, int]:
     """Find the first vehicle and step at which all holds that a choice asks.
 
@@ -48,6 +49,8 @@ def choose(
         Length of the story.
     search_s : float, s
         How long after ``choice.after_s`` the story may begin.
+    roads : frozenset of str
+        The edges that are drawn: the target must be on one.
 
     Returns
     -------
@@ -67,7 +70,7 @@ def choose(
         for drive, paint in zip(drives, paints, strict=True)
     ]
     met: list[str] = []
-    for name, test, shown in _conditions(choice, lasts_s, search_s):
+    for name, test, shown in _conditions(choice, lasts_s, search_s, roads):
         kept = [
             _Candidate(one.drive, one.paint, fits)
             for one in left
@@ -99,7 +102,7 @@ _Shown = Callable[[_Candidate], list[str]]
 
 
 def _conditions(
-    choice: Choice, story_s: float, search_s: float
+    choice: Choice, story_s: float, search_s: float, roads: frozenset[str]
 ) -> list[tuple[str, _Test, _Shown]]:
     """Return what is asked, in the order in which it is best explained.
 
@@ -111,7 +114,7 @@ def _conditions(
     asked: list[tuple[object, str, _Test, _Shown]] = [
         (
             choice.id,
-            f"id {choice.id}",
+            f"id {choice.id!r}",
             lambda one: _always(one, one.drive.name == choice.id),
             lambda one: [one.drive.name],
         ),
@@ -129,7 +132,18 @@ def _conditions(
             lambda one: _always(one, nearest_paint(one.paint) == choice.colour),
             lambda one: [nearest_paint(one.paint)],
         ),
-        (choice.edge, f"edge {choice.edge}", lambda one: _on(one, choice), _edges),
+        (
+            True,
+            "a road under it",
+            lambda one: _on(one, roads),
+            lambda one: ["on rails or water"],
+        ),
+        (
+            choice.edge,
+            f"edge {choice.edge!r}",
+            lambda one: _on(one, {choice.edge}),
+            _edges,
+        ),
         (
             choice.lane,
             f"lane {choice.lane}",
@@ -181,8 +195,8 @@ def _always(one: _Candidate, holds: bool) -> NDArray[np.bool_]:
     return np.full(len(one.drive.steps), holds)
 
 
-def _on(one: _Candidate, choice: Choice) -> NDArray[np.bool_]:
-    known = np.array([edge == choice.edge for edge in one.drive.edges])
+def _on(one: _Candidate, edges: Set[str | None]) -> NDArray[np.bool_]:
+    known = np.array([edge in edges for edge in one.drive.edges])
     there: NDArray[np.bool_] = known[one.drive.lane]
     return there
 

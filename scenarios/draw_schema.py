@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
 from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema.strict import kinds_of
 
 __all__ = ["NEVER_DRAWN", "schema_with_draws", "takes_whole_numbers"]
 
@@ -83,24 +83,10 @@ def takes_whole_numbers(key: tuple[str, ...]) -> bool:
 def _inside(kind: Any, part: str) -> Iterator[Any]:
     """Return the types that ``part`` may have within a value of a type."""
     if get_origin(kind) is dict:
-        yield from _members(get_args(kind)[1])
+        yield from kinds_of(get_args(kind)[1])
     elif get_origin(kind) in (tuple, list):
         for one in get_args(kind):
-            yield from _members(one)
+            yield from kinds_of(one)
     elif isinstance(kind, type) and issubclass(kind, BaseModel):
         field = kind.model_fields.get(part)
-        yield from _members(field.annotation) if field is not None else ()
-
-
-def _members(annotation: Any) -> Iterator[Any]:
-    """Return the types that an annotation allows, one by one."""
-    origin, inner = get_origin(annotation), get_args(annotation)
-    if origin is Literal:
-        yield from {type(value) for value in inner}
-    elif origin is Annotated:
-        yield from _members(inner[0])
-    elif origin in (Union, UnionType):
-        for one in inner:
-            yield from _members(one)
-    else:
-        yield annotation
+        yield from kinds_of(field.annotation) if field is not None else ()

@@ -98,6 +98,8 @@ def draws_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
     >>> draws_in({"frames": 9, "target": {"lane": {"choice": [0, 1]}}}, "mine.yaml")
     {'target.lane': {'choice': [0, 1]}}
     """
+    if is_draw(content):
+        raise ScenarioError(f"{where}: must not be drawn as a whole, only its values")
     for key in NEVER_DRAWN:
         if is_draw(content.get(key)):
             raise ScenarioError(f"{where}: {key} must not be drawn, it names sequences")
@@ -207,7 +209,9 @@ def _read_range(ends: Any, is_log: Any, key: Key, place: str) -> _Range:
 
 def _read_choice(values: Any, weights: Any, place: str) -> _Choice:
     if not isinstance(values, list) or not values:
-        raise ScenarioError(f"{place}: choice must be a list, found {values!r}")
+        raise ScenarioError(
+            f"{place}: choice must be a list of at least one value, found {values!r}"
+        )
     if weights is None:
         return _Choice(tuple(values), (1 / len(values),) * len(values))
     fits = isinstance(weights, list) and len(weights) == len(values)

@@ -144,8 +144,11 @@ def raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
     """
     path, variant = _found(str(name_or_path))
     content = apply_variant(_read_mapping(path), variant, str(path))
-    if isinstance(content.get("road"), dict):
-        content["road"] = placed(content["road"], path.parent)
+    if "road" in content:
+        try:
+            content["road"] = placed(content["road"], path.parent)
+        except ValueError as error:
+            raise ScenarioError(f"{path}: road: {error}") from None
     return content
 
 
@@ -162,7 +165,7 @@ def scenario_schema() -> dict[str, Any]:
 
 def _found(text: str) -> tuple[Path, str]:
     """Return the file that a name or path means, and the variant after the ``@``."""
-    if "@" in text and not Path(text).is_file():
+    if "@" in text and not _is_file(text):
         text, _, variant = text.rpartition("@")
         if not variant:
             raise ScenarioError(f"{text}@: wanted a variant's name after the @")
@@ -177,37 +180,61 @@ def _found(text: str) -> tuple[Path, str]:
     raise ScenarioError(f"unknown scenario {text!r}: {hint}")
 
 
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except OSError:  # longer than a name can be
+        return False
+
+
 _MOST_VALUES = 100_000
+_MERGE = "tag:yaml.org,2002:merge"
 
 
 class _Loader(yaml.SafeLoader):
     """YAML in which a key may stand only once in a mapping."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
-        """Refuse what plain YAML would take the last of, silently."""
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        """Say where a value is not what its tag says: PyYAML only stumbles."""
+        try:
+            return super().construct_object(node, deep)
+        except (AttributeError, LookupError, ValueError):
+            kind = node.tag.rpartition(":")[2]
+            raise _fault(f"{str(node.value)[:60]!r} is no {kind}", node) from None
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Merge what ``<<`` names; the mapping's own keys win, each standing once."""
         seen = set()
         for mark, _ in node.value:
+            if mark.tag == _MERGE:
+                continue
             key = self.construct_object(mark, deep=True)
-            if not isinstance(key, Hashable) or key in seen:
-                fault = "stands twice" if isinstance(key, Hashable) else "is no key"
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"{key!r} {fault}", mark.start_mark
-                )
+            if not isinstance(key, Hashable):
+                raise _fault(f"{key!r} is no key", mark)
+            if key in seen:
+                raise _fault(f"{key!r} stands twice", mark)
             seen.add(key)
-        return super().construct_mapping(node, deep)
+        super().flatten_mapping(node)
+        # once each, or merges of merges would grow without end
+        pairs = {self.construct_object(pair[0], deep=True): pair for pair in node.value}
+        node.value = list(pairs.values())
+
+
+def _fault(said: str, node: yaml.Node) -> yaml.YAMLError:
+    return yaml.constructor.ConstructorError(None, None, said, node.start_mark)
 
 
 def _read_yaml(path: Path) -> Any:
     try:
         text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ScenarioError(f"{path}: cannot be read: {reason}") from error
     except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: must be UTF-8 text: {error}") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ScenarioError(f"{path}: cannot be read: {reason}") from error
     try:
         content = yaml.load(text, Loader=_Loader)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
         raise ScenarioError(f"{path}: is not YAML: {reason}") from error
     _require_small(path, content)

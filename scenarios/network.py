@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.errors import ScenarioError
-from simbench.scenarios.sumo_config import open_text
+from simbench.scenarios.sumo_config import NOT_XML, open_text
 
 __all__ = ["Junction", "Lane", "LaneKind", "Network", "read_network"]
 
@@ -88,6 +89,13 @@ class Network:
             found.setdefault(lane.edge, []).append(lane)
         return {edge: sorted(found[edge], key=lambda one: one.index) for edge in found}
 
+    @property
+    def roads(self) -> frozenset[str]:
+        """The edges that are not only rails or water."""
+        return frozenset(
+            lane.edge for lane in self.lanes.values() if lane.kind != "other"
+        )
+
 
 def read_network(path: Path) -> Network:
     """Read a ``.net.xml``.
@@ -121,7 +129,7 @@ def read_network(path: Path) -> Network:
             edge.get("id", ""): kinds.get(edge.get("to", ""), "")
             for edge in root.iter("edge")
         }
-    except (ET.ParseError, OSError, EOFError, KeyError, ValueError) as error:
+    except NOT_XML as error:
         raise ScenarioError(f"{path}: is not a usable network: {error}") from error
     if not lanes:
         raise ScenarioError(f"{path}: is not a usable network: it has no lane")
@@ -139,8 +147,8 @@ def _lanes(edge: ET.Element, onward: dict[str, set[str]]) -> list[Lane]:
             edge=name,
             index=int(one.attrib["index"]),
             kind=_kind(one, function),
-            width=float(one.get("width", _DEFAULT_WIDTH_M)),
-            speed=float(one.attrib["speed"]),
+            width=_finite(one.get("width", _DEFAULT_WIDTH_M)),
+            speed=_finite(one.attrib["speed"]),
             shape=_shape(one),
             leads_to=frozenset(onward.get(f"{name}_{one.attrib['index']}", ())),
         )
@@ -160,7 +168,14 @@ def _kind(lane: ET.Element, function: str) -> LaneKind:
 
 def _shape(element: ET.Element) -> NDArray[np.float64]:
     points = [
-        [float(part) for part in point.split(",")]
+        [_finite(part) for part in point.split(",")]
         for point in element.attrib["shape"].split()
     ]
     return np.array([[*point, 0.0][:3] for point in points], dtype=np.float64)
+
+
+def _finite(told: str | float) -> float:
+    number = float(told)
+    if not math.isfinite(number):
+        raise ValueError(f"wanted finite numbers, found {told}")
+    return number

@@ -92,7 +92,12 @@ def drive_network(scenario: Scenario, seed: int, *, skip: int = 0) -> NetworkDri
         ]
         try:
             target, start = choose(
-                choice, recording.drives, paints, float(times[-1]), road.search_s
+                choice,
+                recording.drives,
+                paints,
+                float(times[-1]),
+                road.search_s,
+                network.roads,
             )
         except ScenarioError as error:
             problem = error
@@ -225,11 +230,10 @@ def _vehicles(
 ) -> tuple[Vehicle, ...]:
     vehicles = []
     for number, (drive, paint) in enumerate(zip(drives, paints, strict=True)):
-        name = f"sumo.{drive.name}" if drive.name == "target" else drive.name
         look = drive.look
         vehicles.append(
             Vehicle(
-                "target" if number == target else name,
+                _name(drive, number == target),
                 look.vehicle_class,
                 look.length,
                 look.width,
@@ -240,13 +244,20 @@ def _vehicles(
     return tuple(vehicles)
 
 
+def _name(drive: Drive, is_target: bool) -> str:
+    """Return what a vehicle is called: only one may be the ``target``."""
+    if is_target:
+        return "target"
+    return f"sumo.{drive.name}" if drive.name == "target" else drive.name
+
+
 def _changes(
     drives: list[Drive], target: int, start: int, lasts_s: float
 ) -> tuple[LaneChange, ...]:
     """Return the lane changes that begin in the story, on its clock."""
     found = [
         LaneChange(
-            "target" if number == target else drive.name,
+            _name(drive, number == target),
             float((change.start - start) * STEP_S),
             float((change.end - start) * STEP_S),
             change.origin,

@@ -15,6 +15,7 @@ from simbench.errors import ScenarioError
 from simbench.scenarios.draws import drawn, draws_in
 from simbench.scenarios.loading import mistake_line, names_of, raw_scenario
 from simbench.scenarios.schema import Scenario
+from simbench.scenarios.sumo_config import by_content
 
 __all__ = ["Recipe", "load_recipe", "load_recipes"]
 
@@ -58,8 +59,9 @@ class Recipe:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over content and cut, as hex."""
-        text = json.dumps([self.content, self.most_frames], sort_keys=True, default=str)
+        """SHA-256 over content and cut, as hex; of files by what they hold."""
+        told = {**self.content, "road": by_content(self.content.get("road"))}
+        text = json.dumps([told, self.most_frames], sort_keys=True, default=str)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def shortened(self, frames: int | None) -> Recipe:

@@ -7,14 +7,29 @@ import hashlib
 import json
 import os
 import xml.etree.ElementTree as ET
+import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import IO, Any, cast
 
-__all__ = ["SumoFiles", "located", "open_text", "placed", "read_files"]
+__all__ = [
+    "NOT_XML",
+    "SumoFiles",
+    "by_content",
+    "located",
+    "open_text",
+    "placed",
+    "read_files",
+]
+
+NOT_XML = (ET.ParseError, OSError, EOFError, LookupError, ValueError, zlib.error)
+"""What reading XML, compressed or in an unknown encoding, may raise."""
 
 _LIBRARY = "library:"
+_PATHS = ("sumo", "routes")
+"""What a road says of files."""
 
 _FILES = ("net-file", "route-files", "additional-files")
 _SYNONYMS = {
@@ -93,6 +108,9 @@ def read_files(path: Path, routes: Path | None) -> SumoFiles:
         if routes is None:
             raise ValueError(f"{path} needs routes: ..., or nobody drives on it")
         there = os.path.relpath(routes, path.parent)
+        for name in (path.name, there):
+            if "," in name:
+                raise ValueError(f"SUMO takes no comma in a path, found {name!r}")
         options = {"net-file": path.name, "route-files": there}
     else:
         raise ValueError(f"wanted a .sumocfg or a .net.xml, found {str(path)!r}")
@@ -107,25 +125,71 @@ def read_files(path: Path, routes: Path | None) -> SumoFiles:
     return SumoFiles(path.parent, options, digest.hexdigest())
 
 
-def placed(road: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return what a scenario says of its road, with absolute paths.
+def placed(told: Any, folder: Path, *, is_path: bool = False) -> Any:
+    """Return what a scenario file says of its road, with absolute paths.
 
     Parameters
     ----------
-    road : dict
-        As in the file; only ``sumo`` and ``routes`` change, if they are paths and not
-        ``library:NAME``.
+    told : object
+        As in the file, where it may hold draws; only ``sumo`` and ``routes`` change,
+        if they are paths and not ``library:NAME``.
     folder : Path
         To which the paths are relative.
+    is_path : bool
+        Whether texts in ``told`` are paths, whatever their keys.
+
+    Raises
+    ------
+    ValueError
+        In one line, if a text can be no path.
     """
-    paths = {
-        key: str((folder / Path(path).expanduser()).resolve())
-        for key, path in road.items()
-        if key in ("sumo", "routes")
-        and isinstance(path, str)
-        and not path.startswith(_LIBRARY)
-    }
-    return road | paths
+    if isinstance(told, dict):
+        return {
+            key: placed(one, folder, is_path=is_path or key in _PATHS)
+            for key, one in told.items()
+        }
+    if isinstance(told, list):
+        return [placed(one, folder, is_path=is_path) for one in told]
+    if not is_path or not isinstance(told, str) or told.startswith(_LIBRARY):
+        return told
+    try:
+        return str((folder / Path(told).expanduser()).resolve())
+    except (OSError, RuntimeError, ValueError) as error:
+        raise ValueError(f"{told!r} can be no path: {error}") from None
+
+
+def by_content(road: Any, *, is_file: bool = False) -> Any:
+    """Return what a scenario file says of its road, draws and all, without paths.
+
+    Parameters
+    ----------
+    road : object
+        As in the file: mappings, lists and plain values.
+    is_file : bool
+        Whether the texts in it are paths.
+
+    Returns
+    -------
+    object
+        The same with, in place of each path, the SHA-256 of what it leads to; the path
+        itself where nothing can be read.
+    """
+    if isinstance(road, Mapping):
+        return {
+            key: by_content(value, is_file=is_file or key in _PATHS)
+            for key, value in road.items()
+        }
+    if isinstance(road, list):
+        return [by_content(value, is_file=is_file) for value in road]
+    if not (is_file and isinstance(road, str)):
+        return road
+    path = located(road)
+    try:
+        if path.name.endswith(".sumocfg"):
+            return read_files(path, None).content
+        return hashlib.sha256(_content(path)).hexdigest()
+    except ValueError:
+        return road
 
 
 def located(path: str) -> Path:
@@ -144,9 +208,10 @@ def open_text(path: Path) -> IO[bytes]:
 
 
 def _configured(path: Path) -> dict[str, str]:
+    content = _content(path)
     try:
-        root = ET.fromstring(_content(path))
-    except ET.ParseError as error:
+        root = ET.fromstring(content)
+    except NOT_XML as error:
         raise ValueError(f"{path} is not XML: {error}") from None
     options = {}
     for element in root.iter():
@@ -160,9 +225,8 @@ def _configured(path: Path) -> dict[str, str]:
 
 
 def _listed(value: str) -> list[str]:
-    """Take a list of files apart, at commas or at blanks as SUMO does."""
-    parts = value.split(",") if "," in value else value.split()
-    return [part.strip() for part in parts if part.strip()]
+    """Take a list of files apart: at commas as SUMO does, for names may hold blanks."""
+    return [part.strip() for part in value.split(",") if part.strip()]
 
 
 def _content(path: Path) -> bytes:
@@ -177,7 +241,7 @@ def _require_network(path: Path) -> None:
     try:
         with open_text(path) as file:
             _, root = next(ET.iterparse(file, events=("start",)))
-    except (ET.ParseError, OSError, EOFError) as error:
+    except NOT_XML as error:
         raise ValueError(f"{path} is not XML: {error}") from None
     if root.tag != "net":
         raise ValueError(f"{path} is no network: wanted <net>, found <{root.tag}>")

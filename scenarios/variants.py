@@ -12,7 +12,6 @@ any other value, a list too, takes the place of what stood there.
 
 from __future__ import annotations
 
-import copy
 import re
 from typing import Any
 
@@ -89,8 +88,7 @@ def apply_variant(content: dict[str, Any], variant: str, where: str) -> dict[str
         If there is no such variant, or it changes what it may not.
     """
     names = variant_names(content, where)
-    changed = copy.deepcopy(content)
-    changed.pop(KEY, None)
+    changed = {key: _copied(one) for key, one in content.items() if key != KEY}
     if not variant:
         return changed
     if variant not in names:
@@ -135,4 +133,13 @@ def _merge(content: dict[str, Any], changes: dict[str, Any]) -> None:
         if isinstance(known, dict) and isinstance(value, dict) and not is_draw_there:
             _merge(known, value)
         else:
-            content[key] = copy.deepcopy(value)
+            content[key] = _copied(value)
+
+
+def _copied(value: Any) -> Any:
+    """Copy each place by itself: YAML's aliases let two places share one value."""
+    if isinstance(value, dict):
+        return {key: _copied(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_copied(one) for one in value]
+    return value

@@ -53,6 +53,21 @@ def test_unknown_scenario_suggests_the_nearest() -> None:
         pytest.param({"frames": "4"}, ["frames", "number", "'4'"], id="quoted number"),
         pytest.param({"frames": True}, ["frames", "number", "True"], id="a truth"),
         pytest.param(
+            {"traffic": {"mix": {"car": "4"}}},
+            ["traffic", "mix.car", "number", "'4'"],
+            id="quoted number in a mapping",
+        ),
+        pytest.param(
+            {"traffic": {"mix": {"car": 4, "van": True}}},
+            ["traffic", "mix.van", "number", "True"],
+            id="a truth in a mapping",
+        ),
+        pytest.param(
+            {"imaging": {"samples": True}},
+            ["imaging", "samples", "number", "True"],
+            id="a truth for one of some numbers",
+        ),
+        pytest.param(
             {
                 "target": {
                     "lane": 0,
@@ -109,6 +124,19 @@ def test_a_mistake_is_one_line_with_file_and_key(
         pytest.param("- 1\n- 2", "mapping", id="list"),
         pytest.param("", "mapping", id="empty"),
         pytest.param("name: x", "required but missing", id="incomplete"),
+        pytest.param("a: !!timestamp foo", "'foo' is no timestamp", id="no time"),
+        pytest.param("a: 2026-13-45", "'2026-13-45' is no timestamp", id="no day"),
+        pytest.param("a: !!bool foo", "'foo' is no bool", id="no truth"),
+        pytest.param("a: !!int ''", "'' is no int", id="no whole number"),
+        pytest.param("a: !!float ''", "'' is no float", id="no number"),
+        pytest.param('a: "\\UFFFFFFFF"', "not YAML", id="no character"),
+        pytest.param("? [1]\n: 2", "is no key", id="list as a key"),
+        pytest.param("a: {<<: 3}", "mappings for merging", id="merge of a number"),
+        pytest.param(
+            "a: &a {b: 1}\nc: {<<: *a, d: 1, d: 2}",
+            "'d' stands twice",
+            id="duplicate key beside a merge",
+        ),
     ],
 )
 def test_text_that_is_no_scenario_is_refused_in_one_line(
@@ -117,6 +145,38 @@ def test_text_that_is_no_scenario_is_refused_in_one_line(
     with pytest.raises(ScenarioError, match=word) as caught:
         load_scenario(_write(tmp_path, text))
     assert "\n" not in str(caught.value)
+
+
+def test_a_merged_mapping_gives_what_its_own_keys_do_not(tmp_path: Path) -> None:
+    text = """
+name: merged
+title: t
+tests: t
+frames: 9
+camera:
+  position: &place {along_m: 1, lateral_m: -7, height_m: 3}
+  look_at: &other {<<: *place, height_m: 2}
+occluders: [{<<: *other, kind: pole, along_m: 9}]
+"""
+    scenario = load_scenario(_write(tmp_path, text))
+    place, pole = scenario.camera.look_at, scenario.occluders[0]
+    assert (place.along_m, place.lateral_m, place.height_m) == (1, -7, 2)
+    assert (pole.along_m, pole.lateral_m) == (9, -7)
+
+
+def test_merges_of_merges_do_not_grow_without_end(tmp_path: Path) -> None:
+    ends = [
+        f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}" for n in range(1, 9)
+    ]
+    path = _write(tmp_path, "\n".join(["a0: &a0 {b: 1, c: 2}", *ends]))
+    with pytest.raises(ScenarioError, match="required but missing"):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + "@far", "./x\0.yaml"])
+def test_a_name_that_no_file_can_have_is_one_line(name: str) -> None:
+    with pytest.raises(ScenarioError, match=r"^(unknown scenario|.*cannot be read)"):
+        load_scenario(name)
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gzip
 import shutil
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from simbench.scenarios.fleet import PAINTS
 from simbench.scenarios.loading import load_scenario, scenario_schema
 from simbench.scenarios.network import read_network
 from simbench.scenarios.network_drive import NetworkDrive, drive_network
+from simbench.scenarios.recipe import load_recipe
 from simbench.scenarios.recording import Recording
 from simbench.scenarios.schema import Choice, Scenario, SumoRoad
 from simbench.scenarios.seeds import stream
@@ -155,6 +157,22 @@ def test_the_rule_picks_the_red_truck_that_changes_lanes() -> None:
     assert changes[0].end_s - changes[0].start_s == pytest.approx(5.0, abs=0.1)
 
 
+@pytest.mark.sumo
+def test_another_vehicle_that_sumo_calls_target_keeps_its_lane_changes(
+    tmp_path: Path,
+) -> None:
+    routes = (CROSSING / "crossing.rou.xml").read_text()
+    renamed = tmp_path / "renamed.rou.xml"
+    renamed.write_text(routes.replace('id="wanted"', 'id="target"'))
+    road = {"sumo": str(CROSSING / "crossing.net.xml"), "routes": str(renamed)}
+    moved = drive_network(
+        crossing(frames=600, road=road, target={"id": "slow"}), 0
+    ).trajectories
+    assert "sumo.target" in {one.name for one in moved.vehicles}
+    changes = [one for one in moved.lane_changes if one.vehicle == "sumo.target"]
+    assert [(one.from_lane, one.to_lane) for one in changes] == [(1, 2)]
+
+
 @cache
 def _recording() -> Recording:
     """Drive the crossing once for all questions about who is the target."""
@@ -169,11 +187,16 @@ def _recording() -> Recording:
     return Recording.from_arrays(raw, read_network(CROSSING / "crossing.net.xml"))
 
 
-def _choose(choice: dict[str, Any]) -> tuple[str, float]:
+_ROADS = read_network(CROSSING / "crossing.net.xml").roads
+
+
+def _choose(
+    choice: dict[str, Any], roads: frozenset[str] = _ROADS
+) -> tuple[str, float]:
     drives = _recording().drives
     paints = [drive.look.colour or PAINTS["grey"] for drive in drives]
     asked = Choice.model_validate(choice)
-    vehicle, step = choose(asked, drives, paints, lasts_s=8.0, search_s=50.0)
+    vehicle, step = choose(asked, drives, paints, 8.0, 50.0, roads)
     return drives[vehicle].name, step * 0.04
 
 
@@ -210,7 +233,8 @@ def test_the_story_begins_when_the_rule_first_holds() -> None:
 @pytest.mark.parametrize(
     ("choice", "words"),
     [
-        pytest.param({"id": "nobody"}, "meets id nobody; there were slow", id="id"),
+        pytest.param({"id": "nobody"}, "meets id 'nobody'; there were slow", id="id"),
+        pytest.param({"id": "z\nz"}, r"meets id 'z\\nz'; there", id="two lines"),
         pytest.param(
             {"vehicle_class": "bus"}, r"vehicle_class bus; there were car", id="class"
         ),
@@ -232,6 +256,14 @@ def test_a_rule_nobody_meets_names_the_condition_that_failed(
 ) -> None:
     with pytest.raises(ScenarioError, match=f"^no vehicle .*{words}"):
         _choose(choice)
+
+
+@pytest.mark.sumo
+def test_a_vehicle_that_only_uses_rails_is_no_target() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"'turner' meets a road under it; .* on rails"
+    ):
+        _choose({"id": "turner"}, roads=frozenset())
 
 
 @pytest.mark.sumo
@@ -298,6 +330,44 @@ def test_paths_are_relative_to_the_scenario_file(tmp_path: Path) -> None:
     assert road.files.network == tmp_path / "crossing.net.xml"
 
 
+@pytest.mark.parametrize(
+    "road",
+    [
+        {"choice": [{"sumo": "crossing.net.xml", "routes": "crossing.rou.xml"}]},
+        {"sumo": {"choice": ["crossing.net.xml"]}, "routes": "crossing.rou.xml"},
+    ],
+    ids=["a drawn road", "a drawn path"],
+)
+def test_paths_within_draws_are_relative_to_the_scenario_file(
+    tmp_path: Path, road: dict[str, Any]
+) -> None:
+    path = _own(tmp_path)
+    content = yaml.safe_load(path.read_text()) | {"road": road}
+    path.write_text(yaml.safe_dump(content))
+    drawn = load_recipe(path).scenario(0).road
+    assert isinstance(drawn, SumoRoad)
+    assert drawn.sumo == str(tmp_path / "crossing.net.xml")
+    assert drawn.routes == str(tmp_path / "crossing.rou.xml")
+
+
+def test_a_path_may_hold_blanks(tmp_path: Path) -> None:
+    shutil.copy(CROSSING / "crossing.rou.xml", tmp_path / "my routes.rou.xml")
+    road = load_scenario(_own(tmp_path, routes="my routes.rou.xml")).road
+    assert isinstance(road, SumoRoad)
+    assert road.files.options["route-files"] == "my routes.rou.xml"
+
+
+def test_a_configuration_lists_files_between_commas(tmp_path: Path) -> None:
+    path = _own(tmp_path, sumo="crossing.sumocfg", routes=None)
+    shutil.copy(CROSSING / "crossing.rou.xml", tmp_path / "my routes.rou.xml")
+    told = (tmp_path / "crossing.sumocfg").read_text()
+    listed = told.replace("crossing.rou.xml", "crossing.rou.xml, my routes.rou.xml")
+    (tmp_path / "crossing.sumocfg").write_text(listed)
+    road = load_scenario(path).road
+    assert isinstance(road, SumoRoad)
+    assert road.files.options["route-files"] == "crossing.rou.xml,my routes.rou.xml"
+
+
 def test_the_digest_follows_what_the_files_hold_and_not_where_they_lie(
     tmp_path: Path,
 ) -> None:
@@ -341,6 +411,10 @@ def test_files_that_change_or_go_after_reading_are_one_line(tmp_path: Path) -> N
         pytest.param({"routes": None}, ["needs routes"], id="nobody drives"),
         pytest.param({"sumo": "own.yaml"}, [".sumocfg or a .net.xml"], id="kind"),
         pytest.param({"sumo": "crossing.sumocfg"}, ["routes belong"], id="both"),
+        pytest.param({"routes": "a,b.xml"}, ["no comma", "a,b.xml"], id="comma"),
+        pytest.param({"sumo": "~nobody-here/x.net.xml"}, ["~nobody-here"], id="user"),
+        pytest.param({"sumo": "a\0b"}, [r"'a\x00b'", "null byte"], id="null byte"),
+        pytest.param({"sumo": "loop.net.xml"}, ["loop.net.xml"], id="loop of links"),
         pytest.param({"lanes": 3}, ["road.lanes", "unknown key"], id="mixed up"),
         pytest.param({"search_s": -1}, ["road.search_s", "-1"], id="negative"),
     ],
@@ -348,6 +422,7 @@ def test_files_that_change_or_go_after_reading_are_one_line(tmp_path: Path) -> N
 def test_a_mistake_about_a_network_is_one_line(
     tmp_path: Path, road: dict[str, Any], words: list[str]
 ) -> None:
+    (tmp_path / "loop.net.xml").symlink_to("loop.net.xml")
     with pytest.raises(ScenarioError) as caught:
         load_scenario(_own(tmp_path, **road))
     message = str(caught.value)
@@ -367,6 +442,51 @@ def test_a_broken_network_is_one_line(tmp_path: Path, text: str, words: str) -> 
     (tmp_path / "crossing.net.xml").write_text(text)
     with pytest.raises(ScenarioError, match=words):
         load_scenario(path)
+
+
+_FOREIGN = '<?xml version="1.0" encoding="{}"?><net version="1.20"/>'
+_DAMAGED = bytearray(gzip.compress((CROSSING / "crossing.net.xml").read_bytes()))
+_DAMAGED[10:60] = b"\xff" * 50
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        pytest.param("a.net.xml.gz", bytes(_DAMAGED), id="damaged"),
+        pytest.param("a.net.xml.gz", bytes(_DAMAGED[:5]), id="cut short"),
+        pytest.param("a.net.xml", _FOREIGN.format("x").encode(), id="unknown encoding"),
+        pytest.param("a.net.xml", _FOREIGN.format("utf-7").encode(), id="multi-byte"),
+        pytest.param("a.sumocfg", _FOREIGN.format("x").encode(), id="configuration"),
+    ],
+)
+def test_a_file_that_cannot_be_decoded_is_named_in_one_line(
+    tmp_path: Path, name: str, content: bytes
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    routes = None if name.endswith(".sumocfg") else "crossing.rou.xml"
+    with pytest.raises(ScenarioError, match=f"^.*{tmp_path / name} is not XML: .*$"):
+        load_scenario(_own(tmp_path, sumo=name, routes=routes))
+    with pytest.raises(ScenarioError, match=f"^{tmp_path / name}: is not a usable"):
+        read_network(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        pytest.param('speed="13.90"', 'speed="nan"', id="limit"),
+        pytest.param('shape="298.40,206.40', 'shape="nan,nan', id="shape"),
+        pytest.param('shape="298.40,206.40', 'shape="298.40', id="half a point"),
+    ],
+)
+def test_a_network_of_no_finite_numbers_is_one_line(
+    tmp_path: Path, good: str, bad: str
+) -> None:
+    text = (CROSSING / "crossing.net.xml").read_text()
+    assert good in text
+    path = tmp_path / "mine.net.xml"
+    path.write_text(text.replace(good, bad))
+    with pytest.raises(ScenarioError, match=f"^{path}: is not a usable network: .*$"):
+        read_network(path)
 
 
 @pytest.mark.sumo
@@ -423,6 +543,16 @@ def test_a_network_is_read_as_netconvert_wrote_it() -> None:
     assert network.lanes[":middle_3_0"].kind == "inside"
     assert network.ends_at["in"] == "traffic_light"
     assert network.lanes["leave_0"].shape.tolist() == [[298.4, 206.4, 0], [298.4, 0, 0]]
+
+
+def test_rails_are_no_road(tmp_path: Path) -> None:
+    text = (CROSSING / "crossing.net.xml").read_text()
+    path = tmp_path / "rails.net.xml"
+    path.write_text(
+        text.replace('<lane id="leave_0"', '<lane id="leave_0" allow="rail"')
+    )
+    assert {"in", "out", "leave"} <= _ROADS
+    assert read_network(path).roads == _ROADS - {"leave"}
 
 
 def test_a_network_without_lanes_is_refused(tmp_path: Path) -> None:

@@ -151,7 +151,7 @@ def test_shortened_recipe_cuts_what_it_draws() -> None:
         pytest.param({"range": [1, 2], "log": 1}, "log must be true", id="log"),
         pytest.param({"range": [1, 2], "weights": [1]}, "'weights'", id="mixture"),
         pytest.param({"range": [1, 2], "choice": [1]}, "'choice'", id="both"),
-        pytest.param({"choice": []}, "choice must be a list", id="nothing"),
+        pytest.param({"choice": []}, "list of at least one value", id="nothing"),
         pytest.param({"choice": "red"}, "choice must be a list", id="no list"),
         pytest.param(
             {"choice": [1, 2], "weights": [1]}, "weights must be 2", id="few weights"
@@ -179,6 +179,16 @@ def test_draw_that_cannot_be_drawn_from_is_one_line_with_its_key(
     assert message.startswith(f"{path}: target.speed_mps: ")
     assert words in message
     assert "\n" not in message
+
+
+def test_file_that_is_one_draw_is_refused_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("choice: [{name: one}, {name: two}]")
+    for load in (load_recipe, load_scenario):
+        with pytest.raises(
+            ScenarioError, match=f"^{path}: must not be drawn as a whole"
+        ):
+            load(path)
 
 
 def test_range_of_a_whole_number_must_be_whole(tmp_path: Path) -> None:

@@ -48,6 +48,22 @@ def test_a_list_is_replaced_as_a_whole(tmp_path: Path) -> None:
     assert load_scenario(f"{path}@bare").occluders == ()
 
 
+def test_a_variant_changes_one_of_two_places_told_by_one_alias(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("""
+name: mine
+title: t
+tests: t
+frames: 9
+camera: {position: &place {along_m: 1, height_m: 3}, look_at: *place}
+variants: {back: {camera.position.along_m: -50}}
+""")
+    camera = load_scenario(f"{path}@back").camera
+    assert (camera.position.along_m, camera.look_at.along_m) == (-50, 1)
+    raw = raw_scenario(path)["camera"]
+    assert raw["position"] is not raw["look_at"]
+
+
 def test_raw_content_is_the_callers_own(tmp_path: Path) -> None:
     path = _file(tmp_path, {"far": {"camera.fov_rad": 0.1}})
     raw = raw_scenario(f"{path}@far")
