@@ -68,6 +68,11 @@ class BaselineRow:
     mean: dict[str, pydantic.FiniteFloat]
     sd: dict[str, pydantic.FiniteFloat]
 
+    @property
+    def name(self) -> tuple[str, str, str]:
+        """Scenario, variant and tracker."""
+        return self.scenario, self.variant, self.tracker
+
     def tolerance(self, measure: str) -> float:
         """Return how far the mean may move without being called a change."""
         noise = _STANDARD_ERRORS * self.sd[measure] / math.sqrt(len(self.seeds))
@@ -152,6 +157,16 @@ class Baseline:
                 where = f"{row.tracker} on {row.scenario}"
                 raise DatasetError(f"{path}: {where} must have {fault}")
         return baseline
+
+    def with_rows_of(self, earlier: Baseline) -> Baseline:
+        """Return this baseline with the rows of an earlier one that it lacks.
+
+        Reason and versions stay those of this one.
+        """
+        rows = {row.name: row for row in (*earlier.rows, *self.rows)}
+        scenarios = list(dict.fromkeys(name[:2] for name in rows))
+        ordered = sorted(rows, key=lambda name: scenarios.index(name[:2]))
+        return dataclasses.replace(self, rows=[rows[name] for name in ordered])
 
     def write(self, path: Path) -> None:
         """Write the baseline as JSON, whole: under another name first, then renamed.

@@ -15,6 +15,7 @@ _DISTRIBUTIONS = {
     "libsumo": ("libsumo",),
     "numpy": ("numpy",),
     "numba": ("numba",),
+    "pyarrow": ("pyarrow",),
     "opencv": ("opencv-python-headless", "opencv-contrib-python-headless"),
     "pyrender": ("pyrender", "pyrender-maintained"),
 }

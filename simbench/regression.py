@@ -95,14 +95,14 @@ def compare(baseline: Baseline, scores: Scores) -> list[Check]:
         the row is missing or its seeds or sequences are others, and one more where a
         run failed; then one for each row that the baseline lacks.
     """
-    now = {_name(row): row for row in summarised(scores.runs)}
+    now = {row.name: row for row in summarised(scores.runs)}
     faults = _faults(scores.runs)
     checks: list[Check] = []
     for row in baseline.rows:
-        if (fault := faults.get(_name(row))) is not None:
+        if (fault := faults.get(row.name)) is not None:
             checks.append(_row_check(row, "worse", fault))
-        checks.extend(_checks(row, now.get(_name(row))))
-    known = {_name(row) for row in baseline.rows}
+        checks.extend(_checks(row, now.get(row.name)))
+    known = {row.name for row in baseline.rows}
     added = [row for name, row in now.items() if name not in known]
     return checks + [_row_check(row, "new", "not in the baseline") for row in added]
 
@@ -207,7 +207,7 @@ def _measure_check(before: BaselineRow, now: BaselineRow, measure: str) -> Check
         f"{_place(before)}: {measure} was {_number(measure, was)} "
         f"+- {_number(measure, tolerance)}, is {_number(measure, is_now)}"
     )
-    return Check(*_name(before), measure, was, is_now, tolerance, verdict, message)
+    return Check(*before.name, measure, was, is_now, tolerance, verdict, message)
 
 
 def _verdict(measure: str, difference: float, tolerance: float) -> Verdict:
@@ -221,7 +221,7 @@ def _verdict(measure: str, difference: float, tolerance: float) -> Verdict:
 def _row_check(row: BaselineRow, verdict: Verdict, message: str) -> Check:
     nan = float("nan")
     text = f"{_place(row)}: {message}"
-    return Check(*_name(row), "run", nan, nan, nan, verdict, text)
+    return Check(*row.name, "run", nan, nan, nan, verdict, text)
 
 
 def _printable(text: str) -> str:
@@ -229,12 +229,8 @@ def _printable(text: str) -> str:
     return "".join(letter for letter in text if letter.isprintable())
 
 
-def _name(row: BaselineRow) -> tuple[str, str, str]:
-    return row.scenario, row.variant, row.tracker
-
-
 def _place(row: BaselineRow) -> str:
-    return " / ".join(filter(None, _name(row)))
+    return " / ".join(filter(None, row.name))
 
 
 def _number(measure: str, value: float) -> str:

@@ -219,7 +219,7 @@ def score_unmade(
     repetition: int = 0,
     variant: str = "",
 ) -> Scores:
-    """Return the row of a run that has no sequence, which is no tracker's fault.
+    """Return the row of a run that was not made, which is no tracker's fault.
 
     All measures are NaN: nothing was measured.
 
@@ -230,7 +230,7 @@ def score_unmade(
     reason : str
         One line for the user.
     status : {"failed", "unreachable"}
-        Whether filming failed, or the scenario asks for what cannot be.
+        Whether something broke, or the scenario asks for what cannot be.
 
     Returns
     -------

@@ -102,6 +102,13 @@ def test_the_text_shows_how_to_make_it_again_and_how_it_spreads(
     assert "pole  2  ####" in text
 
 
+def test_the_text_shows_every_command_where_several_made_it(
+    two: list[dict[str, Any]],
+) -> None:
+    text, _ = card(two, {"command": "simbench generate a\nsimbench generate b"})
+    assert "```sh\nsimbench generate a\nsimbench generate b\n```" in text
+
+
 def test_what_is_rare_still_has_a_bar(tiny: Sequence) -> None:
     many = [summary_of(tiny)] * 200
     one = summary_of(hidden_by_half(tiny))

@@ -39,9 +39,11 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, str]:
         "variants": {"hidden": {"occluders": [POLE]}}
     }
     blind = blind_smoke().shortened(4).model_dump(mode="json")
-    for name, told in (("one", content), ("blind", blind)):
+    odd = content | {"name": "odd", "target": {"lane": {"choice": [4]}, "along_m": 40}}
+    del odd["variants"]
+    for name, told in (("one", content), ("blind", blind), ("odd", odd)):
         (folder / f"{name}.yaml").write_text(yaml.safe_dump(told), encoding="utf-8")
-    names = ["./one.yaml", "./one.yaml@hidden", "./blind.yaml"]
+    names = ["./one.yaml", "./one.yaml@hidden", "./blind.yaml", "./odd.yaml"]
     printed = io.StringIO()
     with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
         status = execute(["catalogue", *names, "--out", "page.html", "--jobs", "1"])
@@ -100,6 +102,17 @@ def test_catalogue_says_what_cannot_be_filmed_and_exits_1(
     assert "failed: blind: the camera does not see the target" in printed
     assert printed.endswith("page.html")
     assert "No pictures: blind: the camera does not see the target" in page
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_says_what_no_scenario_can_be_drawn_of_beside_the_others(
+    made: tuple[int, str, str],
+) -> None:
+    _, printed, page = made
+    assert "failed: ./odd.yaml: " in printed
+    assert "No pictures: ./odd.yaml: " in page
+    assert '<span class="id">odd</span>' in page
 
 
 def test_catalogue_of_an_unknown_scenario_is_one_line(

@@ -154,6 +154,27 @@ def test_mistake_is_one_line_and_status_2(
     assert said.out == ""
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "schema --out precious",
+        "schema --out .",
+        "show smoke --out precious",
+        "catalogue smoke --out precious",
+        "check --baseline rows.json --junit precious",
+        "check --baseline precious --update --reason why",
+    ],
+)
+def test_folder_in_place_of_a_file_is_refused_before_anything_is_done(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("precious").mkdir()
+    Path("precious/thesis.txt").write_text("years")
+    assert execute(command.split()) == 2
+    assert re.search(r"'--\w+': file '.*' is a directory\.$", capsys.readouterr().err)
+    assert Path("precious/thesis.txt").read_text() == "years"
+
+
 def test_debug_shows_the_traceback() -> None:
     program = "from simbench.cli import main; main()"
     done = subprocess.run(
@@ -182,7 +203,7 @@ def test_show_writes_the_frame_with_the_target_boxed(
 
 @pytest.mark.sumo
 @pytest.mark.gl
-def test_generate_leaves_finished_sequences_alone_and_films_others_again(
+def test_generate_films_a_finished_sequence_again_only_where_told_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     command = ["generate", "smoke", "--seeds", "7", "--out", "films", "--frames"]
@@ -193,7 +214,9 @@ def test_generate_leaves_finished_sequences_alone_and_films_others_again(
     written = (folder / "sequence.json").stat().st_mtime_ns
     assert execute([*command, "4"]) == 0
     assert (folder / "sequence.json").stat().st_mtime_ns == written
-    assert execute([*command, "3"]) == 0
+    assert execute([*command, "3"]) == 2
+    assert "say --replace" in capsys.readouterr().err
+    assert execute([*command, "3", "--replace"]) == 0
     assert len(read_sequence(folder)) == 3
     assert len(list((folder / "frames").iterdir())) == 3
 
@@ -279,3 +302,9 @@ def test_check_is_green_on_the_same_code_and_red_with_a_tenth_of_the_particles(
     fewer = ["--trackers", "condensation=condensation@particles=10"]
     assert execute([*check, *fewer]) == 1
     assert "particles_mean was 100.0" in capsys.readouterr().out
+
+    only = ["--trackers", " still", "--update", "--reason", "still moves"]
+    before = json.loads(Path("ci.json").read_text())
+    assert execute([*check, *only]) == 0  # and leaves the other tracker as it was
+    after = json.loads(Path("ci.json").read_text())
+    assert after == before | {"reason": "still moves"}

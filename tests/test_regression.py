@@ -19,6 +19,7 @@ from simbench.regression import (
     table_rows,
     write_junit,
 )
+from simbench.running.suite import DEFAULT_SUITE
 from simbench.scores import Scores, score, score_failure
 from simbench.sequence import Sequence
 from simbench.tracker import Track
@@ -166,6 +167,36 @@ def test_usage_that_is_no_longer_known_fails() -> None:
     runs = suite(USUAL).runs.assign(particles_mean=np.nan)
     checks = compare(baseline_of(suite(USUAL)), Scores(runs, suite(USUAL).frames))
     assert verdicts(checks)["particles_mean"] == "changed"
+
+
+def test_baseline_of_some_trackers_keeps_the_rows_of_others() -> None:
+    def both(tracker: str, kept: tuple[int, ...]) -> list[Scores]:
+        return [
+            suite(kept, tracker=tracker, scenario=name) for name in ("poles", "weave")
+        ]
+
+    earlier = baseline_of(Scores.concat([*both("dsp", USUAL), *both("still", USUAL)]))
+    low = (10, 10, 10)
+    later = baseline_of(Scores.concat([*both("new", low), *both("dsp", low)]), "why")
+    merged = later.with_rows_of(earlier)
+    assert merged.reason == "why"
+    assert [row.name for row in merged.rows] == [
+        (scenario, "", tracker)
+        for scenario in ("poles", "weave")
+        for tracker in ("dsp", "still", "new")
+    ]
+    means = [row.mean["success_50"] for row in merged.rows]
+    assert means == pytest.approx([0.2, 0.9, 0.2] * 2)
+
+
+def test_suite_takes_a_tracker_in_the_place_of_its_label() -> None:
+    before = replace(DEFAULT_SUITE, trackers=["dsp", "still"])
+    dsp = "dsp=condensation@particles=10"
+    assert before.with_trackers(["kcf=still", dsp]).trackers == [
+        dsp,
+        "still",
+        "kcf=still",
+    ]
 
 
 def test_new_baseline_must_state_its_reason() -> None:

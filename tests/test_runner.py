@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import signal
@@ -15,8 +16,9 @@ from pathlib import Path
 import pytest
 
 from simbench.errors import DatasetError
+from simbench.running import workers
 from simbench.running.folder import RunFolder
-from simbench.running.grid import run_grid
+from simbench.running.grid import finished_scores, run_grid
 from simbench.running.report_again import report_again
 from simbench.running.request import Request, track_seed
 from simbench.running.whole_run import Outcome, whole_run
@@ -95,6 +97,21 @@ def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> Non
     assert printed in folder.log.read_text()
 
 
+def test_worker_that_never_starts_is_no_score_and_is_tried_again(
+    folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(workers, "_serve", print)  # says what it is to do, and leaves
+        scores, _ = run_grid(asked("Walk"), folder)
+    (run,) = scores.runs.to_dict("records")
+    assert run["status"] == "failed"
+    assert run["reason"] == "process ended with exit status 0"
+    assert math.isnan(run["success_50"])  # nothing was measured
+    assert not folder.parts.exists()
+    again, _ = run_grid(asked("Walk"), folder)
+    assert again.runs["status"].tolist() == ["ok"]
+
+
 def test_rows_come_in_the_order_of_the_request(folder: RunFolder) -> None:
     scores, _ = run_grid(asked("Walk", "Nan", repetitions=2), folder, jobs=2)
     found = scores.runs[["tracker", "repetition"]].to_numpy().tolist()
@@ -164,6 +181,40 @@ def test_finished_run_is_made_whole_again_by_the_same_call(
     assert folder.is_finished(request.digest)
     assert part.stat().st_mtime_ns == written  # from parts
     assert second.scores.runs["fps"].tolist() == first.scores.runs["fps"].tolist()
+
+
+@pytest.fixture
+def copied(finished: tuple[RunFolder, Outcome], tmp_path: Path) -> RunFolder:
+    """A run of its own that came to its end, its sequence kept."""
+    shutil.copytree(finished[0].path, tmp_path / "copied")
+    return RunFolder(tmp_path / "copied")
+
+
+def test_run_without_its_pictures_is_finished_only_where_they_are_not_asked_for(
+    copied: RunFolder,
+) -> None:
+    request = asked("Walk")
+    assert finished_scores(request, copied, with_sequences=True) is not None
+    shutil.rmtree(copied.sequences)
+    assert finished_scores(request, copied) is not None
+    assert finished_scores(request, copied, with_sequences=True) is None
+
+
+def test_pictures_that_were_kept_stay_when_a_later_call_does_not_ask_for_them(
+    copied: RunFolder,
+) -> None:
+    kept = list(copied.sequences.iterdir())
+    copied.report.unlink()
+    whole_run(asked("Walk"), copied.path, command="")
+    assert copied.report.exists()
+    assert list(copied.sequences.iterdir()) == kept
+    assert copied.keeps_sequences
+
+
+def test_doing_all_afresh_forgets_that_pictures_were_kept(copied: RunFolder) -> None:
+    copied.forget()
+    assert not copied.sequences.exists()
+    assert not copied.keeps_sequences
 
 
 def test_temporary_files_of_a_killed_run_are_removed(folder: RunFolder) -> None:

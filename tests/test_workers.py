@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -11,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from simbench.running import workers
 from simbench.running.workers import Crew, Event, Job
 from tests import misbehaving
 
@@ -84,6 +87,23 @@ def test_job_ends_with_one_event_that_says_how(
 ) -> None:
     (event,) = outcome(crew, work)
     assert (event.kind, event.value) == (kind, value)
+
+
+def test_job_whose_process_does_not_start_in_time_is_lost(
+    crew: Crew, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workers, "_START_LIMIT_S", 0.0)
+    crew.start(job(misbehaving.answer, 7))
+    (event,) = crew.events(within_s=0.0)  # no process starts as fast
+    late = "its process did not start within 0 s"
+    assert (event.kind, event.value) == ("lost", late)
+
+
+def test_job_given_to_a_worker_that_is_dead_is_lost(crew: Crew) -> None:
+    (first,) = outcome(crew, job(misbehaving.process_id))
+    os.kill(first.value, signal.SIGKILL)
+    (event,) = outcome(crew, job(misbehaving.answer, 7))
+    assert (event.kind, event.value) == ("lost", "process killed by SIGKILL")
 
 
 def test_jobs_after_and_beside_a_crash_are_done(crew: Crew) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 
 from simbench.box import centers
 from simbench.dialling.rehearsal import Rehearsal
-from simbench.errors import SimbenchError
+from simbench.errors import ScenarioError, SimbenchError
 from simbench.render.filming import film
 from simbench.report.pictures import Still, data_uri, seen
 from simbench.running.workers import Report
 from simbench.scenarios.dials import occlusions_of
+from simbench.scenarios.loading import raw_scenario
+from simbench.scenarios.recipe import load_recipe
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, set_stage
 from simbench.takes import film_in_view
@@ -38,13 +41,37 @@ class Wish:
     ----------
     source : str
         What one calls it on the command line: name or file, with its variant.
-    scenario : Scenario
+    content : mapping
+        Its file as it stands, its variant applied.
+    scenario : Scenario or str
+        What the seed draws of it, or one line that says why that is no scenario.
     seed : int
     """
 
     source: str
-    scenario: Scenario
+    content: Mapping[str, Any]
+    scenario: Scenario | str
     seed: int
+
+    @classmethod
+    def drawn(cls, source: str, seed: int) -> Wish:
+        """Return the wish to see what a seed draws.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such scenario, or its file cannot be read.
+        """
+        content = raw_scenario(source)
+        try:
+            return cls(source, content, load_recipe(source).scenario(seed), seed)
+        except ScenarioError as error:
+            return cls(source, content, str(error), seed)
+
+    @property
+    def frames(self) -> int:
+        """How many it has; 0 where it is none."""
+        return 0 if isinstance(self.scenario, str) else self.scenario.frames
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +110,8 @@ def look_at(wish: Wish, report: Report) -> Entry:
     Entry
         A scenario that cannot be told or filmed has its ``problem``.
     """
+    if isinstance(wish.scenario, str):
+        return Entry(wish, problem=wish.scenario)
     cv2.setNumThreads(1)
     try:
         stage = _in_view(wish.scenario, wish.seed)

@@ -35,7 +35,7 @@ def look_at_all(
         One that could not be filmed says so in its ``problem``.
     """
     # the longest first, so that the last one does not leave other workers idle
-    order = sorted(range(len(wishes)), key=lambda n: -wishes[n].scenario.frames)
+    order = sorted(range(len(wishes)), key=lambda n: -wishes[n].frames)
     waiting = deque(order)
     entries: dict[int, Entry] = {}
     with tempfile.TemporaryDirectory(prefix="simbench-catalogue-") as temporary:
@@ -45,7 +45,7 @@ def look_at_all(
             while waiting or not crew.is_idle:
                 while waiting and crew.has_room:
                     number = waiting.popleft()
-                    limit_s = film_limit_s(wishes[number].scenario.frames)
+                    limit_s = film_limit_s(wishes[number].frames)
                     arguments = (wishes[number],)
                     crew.start(Job(number, "film", look_at, arguments, limit_s))
                 for event in crew.events(within_s=0.5):

@@ -65,17 +65,18 @@ def write_catalogue(
 
 
 def _chapter(entry: Entry, variants: Sequence[str]) -> dict[str, Any]:
-    scenario = entry.wish.scenario
-    label = "@".join(filter(None, (scenario.name, scenario.variant)))
+    wish = entry.wish
+    name, variant = (str(wish.content.get(key, "")) for key in ("name", "variant"))
+    label = "@".join(filter(None, (name, variant))) or wish.source
     return {
         "label": label,
         "anchor": anchor(label),
-        "title": scenario.title,
-        "tests": scenario.tests,
+        "title": str(wish.content.get("title", label)),
+        "tests": str(wish.content.get("tests", "")),
         "stills": entry.stills,
         "problem": entry.problem,
-        "facts": facts(scenario),
+        "facts": [] if isinstance(wish.scenario, str) else facts(wish.scenario),
         "dials": dial_rows(entry),
         "variants": variants,
-        "command": f"simbench run {shlex.quote(entry.wish.source)}",
+        "command": f"simbench run {shlex.quote(wish.source)}",
     }

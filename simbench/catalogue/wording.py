@@ -90,9 +90,11 @@ def _light(scenario: Scenario) -> str:
 
 def dial_rows(entry: Entry) -> list[tuple[str, str, str]]:
     """Return dials as name, what was asked for and what is reached, as text."""
+    scenario = entry.wish.scenario
+    dials = {} if isinstance(scenario, str) else scenario.dials.flat()
     asked = {
         name: share(value) if name == "occlusion.hidden" else f"{value:g}"
-        for name, value in entry.wish.scenario.dials.flat().items()
+        for name, value in dials.items()
     }
     reached = _reached(entry.achieved) if entry.achieved else {}
     return [

@@ -27,6 +27,7 @@ __all__ = [
     "Trackers",
     "recipes_from",
     "scenarios_from",
+    "tracker_specs",
     "trackers_from",
 ]
 
@@ -92,7 +93,12 @@ def trackers_from(text: str) -> tuple[TrackerSpec, ...]:
     """Find the trackers of a comma-separated list."""
     from simbench.trackers.finding import find_tracker
 
+    return tuple(find_tracker(spec) for spec in tracker_specs(text))
+
+
+def tracker_specs(text: str) -> list[str]:
+    """Return what stands between the commas, as `find_tracker` takes it."""
     specs = [spec.strip() for spec in text.split(",")]
     if not all(specs):
         raise SimbenchError(f"--trackers must be names between commas, got {text!r}")
-    return tuple(find_tracker(spec) for spec in specs)
+    return specs

@@ -22,26 +22,26 @@ def catalogue(
             help="Names, NAME@VARIANT, NAME@all or YAML files; default: the library.",
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="HTML file to write.")] = Path(
-        "catalogue.html"
-    ),
+    out: Annotated[
+        Path, typer.Option(dir_okay=False, help="HTML file to write.")
+    ] = Path("catalogue.html"),
     seed: Annotated[int, typer.Option(min=0, help="Seed of the pictures.")] = 0,
     jobs: Jobs = None,
 ) -> None:
     """Write a page with pictures of scenarios, what they test and what they reach.
 
-    A scenario that cannot be filmed says so on the page; the exit status is then 1.
+    A scenario that cannot be drawn or filmed says so on the page; the exit status is
+    then 1.
     """
     from simbench.catalogue.entry import Wish
     from simbench.catalogue.making import look_at_all
     from simbench.catalogue.page import write_catalogue
     from simbench.environment import core_count
     from simbench.scenarios.loading import library, names_of, variants_of
-    from simbench.scenarios.recipe import load_recipe
 
     names = [one for name in scenarios or library() for one in names_of(name)]
-    wishes = [Wish(name, load_recipe(name).scenario(seed), seed) for name in names]
-    others = [[] if w.scenario.variant else variants_of(w.source) for w in wishes]
+    wishes = [Wish.drawn(name, seed) for name in names]
+    others = [[] if w.content.get("variant") else variants_of(w.source) for w in wishes]
     console = Console()
     with (
         interruptible("nothing was written"),

@@ -60,6 +60,13 @@ def generate(
     licence: Annotated[
         str, typer.Option(help="Of the pictures, for the data set's card.")
     ] = "",
+    replace: Annotated[
+        bool,
+        typer.Option(
+            "--replace",
+            help="Make finished sequences again that would come out otherwise now.",
+        ),
+    ] = False,
     frames: Frames = None,
     jobs: Jobs = None,
     cluster: Cluster = "",
@@ -87,6 +94,7 @@ def generate(
             out,
             command=shlex.join(["simbench", *sys.argv[1:]]),
             licence=licence,
+            replace=replace,
             jobs=jobs or core_count(),
             cluster=cluster,
             progress=progress,
@@ -120,8 +128,9 @@ def _print(console: Console, outcome: Outcome, out: str, wanted: Wanted) -> None
     if len(lost) > _LINES:
         line(f"failed: {len(lost) - _LINES} more, see dataset.json", "red")
     there = f", {outcome.kept} were there" if outcome.kept else ""
+    again = f", {outcome.again} of them again" if outcome.again else ""
     failed = f", {len(lost)} failed" if lost else ""
-    line(f"{outcome.made} of {len(wanted)} sequences made{there}{failed}: {out}")
+    line(f"{outcome.made} of {len(wanted)} sequences made{again}{there}{failed}: {out}")
     if wanted.layout == "native" and len(wanted) <= _LINES:
         for wish in wanted:
             if wish.name not in outcome.lost:
@@ -131,7 +140,8 @@ def _print(console: Console, outcome: Outcome, out: str, wanted: Wanted) -> None
 def show(
     name: Annotated[str, typer.Argument(metavar="SCENARIO", help="Name or YAML file.")],
     out: Annotated[
-        Path | None, typer.Option(help="PNG to write; default: SCENARIO.png here.")
+        Path | None,
+        typer.Option(dir_okay=False, help="PNG to write; default: SCENARIO.png here."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sequence.")] = 0,
     frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from simbench.cli.arguments import Jobs, trackers_from
+from simbench.cli.arguments import Jobs, tracker_specs, trackers_from
 from simbench.cli.display import (
     interruptible,
     print_table,
@@ -29,13 +29,15 @@ __all__ = ["check"]
 
 def check(
     baseline: Annotated[
-        Path, typer.Option(help="File with the suite and its numbers.")
+        Path, typer.Option(dir_okay=False, help="File with the suite and its numbers.")
     ],
     update: Annotated[
         bool, typer.Option("--update", help="Write what this version reaches.")
     ] = False,
     reason: Annotated[str, typer.Option(help="Why, for --update.")] = "",
-    junit: Annotated[Path | None, typer.Option(help="JUnit XML to write.")] = None,
+    junit: Annotated[
+        Path | None, typer.Option(dir_okay=False, help="JUnit XML to write.")
+    ] = None,
     trackers: Annotated[
         str, typer.Option(help="Only these, as for run: LABEL=NAME@PARAM=VALUE,...")
     ] = "",
@@ -44,7 +46,7 @@ def check(
     """Run the suite in a baseline file and exit 1 if precision, success or usage fell.
 
     With --update, write the numbers of this version instead; a file that is not there
-    yet gets the default suite.
+    yet gets the default suite. With --trackers too, those of others stay as they are.
     """
     from simbench.baseline import Baseline
     from simbench.running.suite import DEFAULT_SUITE, Suite
@@ -54,21 +56,27 @@ def check(
         raise SimbenchError('--update wants --reason "why the numbers change"')
     known = Baseline.read(baseline) if baseline.exists() or not update else None
     suite = Suite.from_settings(known.settings) if known else DEFAULT_SUITE
-    if trackers:
-        specs = trackers_from(trackers)
-        suite = replace(suite, trackers=trackers.split(","))
-        labels = {spec.label for spec in specs}
-        if known is not None and not update:
-            rows = [row for row in known.rows if row.tracker in labels]
-            known = replace(known, rows=rows)
-    if known is not None and not update and not known.rows:
-        of = f" of {trackers}" if trackers else ""
-        raise SimbenchError(f"{baseline}: must have at least one row{of}, has none")
-    scores = _run(suite, jobs, console)
+    asked = replace(suite, trackers=tracker_specs(trackers)) if trackers else suite
+    if known is not None and not update:
+        if trackers:
+            known = _of_trackers(known, trackers)
+        if not known.rows:
+            of = f" of {trackers}" if trackers else ""
+            raise SimbenchError(f"{baseline}: must have at least one row{of}, has none")
+    scores = _run(asked, jobs, console)
     if update:
-        _update(baseline, suite, scores, reason, console)
+        settled = suite.with_trackers(asked.trackers) if known else asked
+        earlier = known if trackers else None
+        _update(baseline, earlier, settled, scores, reason, console)
     elif known is not None:
         _compare(known, scores, junit, console)
+
+
+def _of_trackers(baseline: Baseline, trackers: str) -> Baseline:
+    """Return the baseline with the rows of these trackers only."""
+    labels = {spec.label for spec in trackers_from(trackers)}
+    rows = [row for row in baseline.rows if row.tracker in labels]
+    return replace(baseline, rows=rows)
 
 
 def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
@@ -94,14 +102,22 @@ def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
 
 
 def _update(
-    path: Path, suite: Suite, scores: Scores, reason: str, console: Console
+    path: Path,
+    earlier: Baseline | None,
+    suite: Suite,
+    scores: Scores,
+    reason: str,
+    console: Console,
 ) -> None:
+    """Write a baseline of the suite: new rows of scores, others as they were."""
     from simbench.baseline import Baseline
     from simbench.environment import versions
 
     made = Baseline.from_scores(
         scores, reason=reason, versions=versions(), settings=suite.to_settings()
     )
+    if earlier is not None:
+        made = made.with_rows_of(earlier)
     made.write(path)
     console.print(score_table(scores))
     console.print(f"baseline: {path}", highlight=False, soft_wrap=True)

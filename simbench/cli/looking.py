@@ -52,7 +52,9 @@ def doctor() -> None:
 
 
 def schema(
-    out: Annotated[Path | None, typer.Option(help="File to write to.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(dir_okay=False, help="File to write to.")
+    ] = None,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete YAML."""
     from simbench.errors import DatasetError

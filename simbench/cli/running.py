@@ -46,7 +46,11 @@ def run(
     jobs: Jobs = None,
     timeout: Timeout = 300.0,
     keep_sequences: Annotated[
-        bool, typer.Option("--keep-sequences", help="Leave the pictures in the folder.")
+        bool,
+        typer.Option(
+            "--keep-sequences",
+            help="Leave the pictures in the folder; later calls do so too.",
+        ),
     ] = False,
     fresh: Fresh = False,
     cluster: Cluster = "",

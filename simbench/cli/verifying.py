@@ -29,14 +29,18 @@ def verify(
         typer.Option(min=1, help="Only so many sequences, evenly spread."),
     ] = None,
 ) -> None:
-    """Make recorded sequences anew and compare; exit 1 unless all are the same bytes.
+    """Make recorded sequences anew and compare; exit 1 unless all holds the same.
 
     Trajectories, truth, ids (instance masks) and frames are compared apart, in fresh
-    processes, and what differs is said with its first frame and how much.
+    processes, and what differs is said with its first frame and how much. Pictures,
+    depth, tables and arrays are compared decoded, value by value, other files byte by
+    byte; what says which machine made it is printed and does not count. Of a data set
+    the index and the list of files are compared whole, whatever the sample.
     """
     from simbench.environment import core_count
     from simbench.verifying.verification import find_subjects
     from simbench.verifying.verification import verify as verify_all
+    from simbench.verifying.whole_dataset import compare_whole
 
     console = Console()
     subjects, total = find_subjects(place, sample)
@@ -44,17 +48,25 @@ def verify(
         interruptible("nothing was changed"),
         progress_bar(console) as progress,
     ):
+        progress(0.0, len(subjects), "comparing the index")
+        whole = compare_whole(place)
         findings = verify_all(subjects, jobs=jobs or core_count(), progress=progress)
-    _print(console, findings, total)
-    raise typer.Exit(0 if all(finding.is_same for finding in findings) else 1)
-
-
-def _print(console: Console, findings: list[Finding], of: int) -> None:
     for finding in findings:
-        if finding.is_same and len(findings) > _ENOUGH_LINES:
-            continue
-        style = None if finding.is_same else "red"
-        console.print(str(finding), style=style, highlight=False, soft_wrap=True)
+        if not finding.is_same or len(findings) <= _ENOUGH_LINES:
+            _print(console, finding)
+    if whole is not None:
+        _print(console, whole)
+    _conclude(console, findings, total)
+    found = [*findings, *([] if whole is None else [whole])]
+    raise typer.Exit(0 if all(finding.is_same for finding in found) else 1)
+
+
+def _print(console: Console, finding: Finding) -> None:
+    style = None if finding.is_same else "red"
+    console.print(str(finding), style=style, highlight=False, soft_wrap=True)
+
+
+def _conclude(console: Console, findings: list[Finding], of: int) -> None:
     elsewhere = {
         (name, *pair)
         for finding in findings

@@ -2,7 +2,7 @@
 
 ::
 
-    NAME/img/0001.jpg              1-based; PNG bytes, nothing is lost
+    NAME/img/0001.jpg              1-based, to 9999; PNG bytes, nothing is lost
     NAME/groundtruth_rect.txt      left,top,width,height
     names.csv                      which scenario and seed each name stands for
 
@@ -47,6 +47,8 @@ NAMES: Final = tuple(
 )
 """The names, in the order in which sequences get them."""
 
+_MOST_FRAMES: Final = 9_999  # whose names have four digits, as readers sort them
+
 
 def alias(position: int) -> str:
     """Return the name that the sequence in that 0-based place gets.
@@ -80,13 +82,18 @@ class Otb:
         Raises
         ------
         DatasetError
-            If ``name`` is none of `NAMES`, too.
+            If ``name`` is none of `NAMES`, or there are more than 9,999 frames, too.
         """
         if name not in NAMES:
             raise DatasetError(
                 f"format otb: its readers would skip {name!r} without a word: the name "
                 f"must be one of {len(NAMES)} names of that benchmark, such as "
                 f"{NAMES[0]!r}"
+            )
+        if len(sequence) > _MOST_FRAMES:
+            raise DatasetError(
+                f"format otb: wanted at most {_MOST_FRAMES} frames, the names of its "
+                f"pictures have four digits, got {len(sequence)} in {sequence.name}"
             )
         folder = root / name
         with writing_below(root):

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Literal
+
+from pydantic import BaseModel, ValidationError
 
 from simbench.environment import host, versions
 from simbench.errors import DatasetError
@@ -17,11 +19,83 @@ from simbench.producing.one_sequence import ENTRIES
 from simbench.producing.store import Store
 from simbench.producing.wanted import Wanted
 
-__all__ = ["RECORD", "Entries", "Record", "read_record", "require_room", "tidy"]
+__all__ = ["RECORD", "Entries", "EntryFile", "Record", "read_record", "require_room"]
 
 RECORD = "dataset.json"
 _LAYOUT = 1  # of this file
 _AT_ONCE = 64  # entries read together
+_ENTRY = re.compile(r"(?P<name>[\w-]+)\.(?P<key>[0-9a-f]{12})\.(?P<kind>json|part)")
+
+
+class _Entry(BaseModel):
+    """What an entry holds at least."""
+
+    name: str
+    key: str
+    scenario: dict[str, Any]
+    seed: int
+    digests: dict[str, str]
+    summary: dict[str, Any]
+    layout: dict[str, Any]
+    files: list[str]
+
+
+class _Production(BaseModel):
+    """What a production holds at least."""
+
+    command: str
+    digest: str
+
+
+class _Record(BaseModel):
+    """What ``dataset.json`` holds at least."""
+
+    layout: Literal[1]
+    format: str
+    split: str
+    channels: list[str]
+    licence: str = ""
+    productions: list[_Production]
+
+
+@dataclass(frozen=True, slots=True)
+class EntryFile:
+    """The file of an entry, by what its name says.
+
+    Attributes
+    ----------
+    path : str
+        In the data set.
+    name, key : str
+        Of the sequence, see `simbench.producing.one_sequence`.
+    kind : {"json", "part"}
+        Whether the sequence is finished or on its way.
+    """
+
+    path: str
+    name: str
+    key: str
+    kind: str
+
+    @classmethod
+    def listed(cls, store: Store) -> list[EntryFile]:
+        """Return those of a data set, in the order of their names; others are none."""
+        found = filter(None, map(_ENTRY.fullmatch, store.names(ENTRIES)))
+        files = [cls(f"{ENTRIES}/{one.string}", *one.groups()) for one in found]
+        return sorted(files, key=lambda file: _naturally(file.name))
+
+    def parsed(self, content: bytes, store: Store) -> dict[str, Any]:
+        """Return what the file of a finished sequence says.
+
+        Raises
+        ------
+        DatasetError
+            If it is damaged.
+        """
+        entry = _parsed(content, _Entry, f"{store}: {self.path}")
+        if (entry["name"], entry["key"]) != (self.name, self.key):
+            raise DatasetError(f"{store}: {self.path}: is the entry of {entry['name']}")
+        return entry
 
 
 class Entries:
@@ -37,21 +111,24 @@ class Entries:
     def __init__(self, store: Store, part: str | None = None) -> None:
         self._store = store
         self._part = part
-        names = store.names(ENTRIES)
-        found = [f"{ENTRIES}/{name}" for name in names if name.endswith(".json")]
-        self._paths = sorted(found, key=_naturally)
+        self._files = [one for one in EntryFile.listed(store) if one.kind == "json"]
 
     def __len__(self) -> int:
         """Return the number of finished sequences."""
-        return len(self._paths)
+        return len(self._files)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """Yield them in the order of their names."""
-        for start in range(0, len(self._paths), _AT_ONCE):
-            paths = self._paths[start : start + _AT_ONCE]
-            for path, content in zip(paths, self._store.read(paths), strict=True):
-                entry = _parsed(content, f"{self._store}: {path}")
-                yield entry if self._part is None else entry[self._part]
+        for file, content in self.read():
+            entry = file.parsed(content, self._store)
+            yield entry if self._part is None else entry[self._part]
+
+    def read(self) -> Iterator[tuple[EntryFile, bytes]]:
+        """Yield the files as they are, damaged ones too."""
+        for start in range(0, len(self._files), _AT_ONCE):
+            files = self._files[start : start + _AT_ONCE]
+            contents = self._store.read([file.path for file in files])
+            yield from zip(files, contents, strict=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +145,12 @@ class Record:
     content: dict[str, Any]
 
     @classmethod
-    def begun(cls, store: Store, wanted: Wanted, command: str) -> Record:
-        """Write down what is asked, beside what earlier productions asked.
+    def begun(
+        cls, store: Store, wanted: Wanted, command: str, licence: str = ""
+    ) -> Record:
+        """Return what is asked, beside what earlier productions asked; not yet written.
+
+        An empty licence is the one that an earlier production declared.
 
         Raises
         ------
@@ -83,7 +164,9 @@ class Record:
         }
         earlier = []
         if store.has(RECORD):
-            earlier = _earlier(store, read_record(store), how, wanted)
+            content = read_record(store)
+            earlier = _earlier(store, content, how, wanted)
+            licence = licence or content.get("licence", "")
         now = {
             "command": command,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -104,10 +187,8 @@ class Record:
             "lost": {},
         }
         productions = [*earlier, now]
-        content = {"layout": _LAYOUT, **how, "sequences": 0, "productions": productions}
-        record = cls(store, content)
-        record.write()
-        return record
+        content = {"layout": _LAYOUT, **how, "licence": licence, "sequences": 0}
+        return cls(store, content | {"productions": productions})
 
     def end(self, sequences: int, lost: Mapping[str, str]) -> None:
         """Write down what came of it."""
@@ -148,49 +229,7 @@ def read_record(store: Store) -> dict[str, Any]:
         If it cannot be read, or is none that this version writes.
     """
     (text,) = store.read([RECORD])
-    content = _parsed(text, f"{store}: {RECORD}")
-    if content.get("layout") != _LAYOUT or "productions" not in content:
-        raise DatasetError(
-            f"{store}: {RECORD} is not one of a data set of this version"
-        )
-    return content
-
-
-def tidy(store: Store, wanted: Wanted) -> set[str]:
-    """Clear what is half there or made otherwise, and say what of it all is finished.
-
-    Returns
-    -------
-    set of str
-        Names of the wanted sequences that are there, whole.
-    """
-    keys = {wish.name: wish.key for wish in wanted}
-    finished, parts = set(), []
-    for file in store.names(ENTRIES):
-        name, key, kind = (*file.split("."), "", "")[:3]
-        if kind == "part":
-            parts.append(file)
-        elif kind == "json" and keys.get(name, key) == key:
-            finished.add(name)
-        elif kind == "json":  # its entry first: without one it does not count
-            files = _files(store, file, "files")
-            store.remove([f"{ENTRIES}/{file}"])
-            store.remove(files)
-    for file in parts:
-        if file.split(".")[0] not in finished:
-            store.remove(_files(store, file))
-        store.remove([f"{ENTRIES}/{file}"])
-    return finished & keys.keys()
-
-
-def _files(store: Store, file: str, key: str | None = None) -> list[str]:
-    """Return the files that an entry speaks of; none if it was cut off itself."""
-    (content,) = store.read([f"{ENTRIES}/{file}"])
-    try:
-        found = json.loads(content)
-        return [str(path) for path in (found if key is None else found[key])]
-    except (KeyError, TypeError, ValueError):
-        return []
+    return _parsed(text, _Record, f"{store}: {RECORD}")
 
 
 def _earlier(
@@ -210,13 +249,20 @@ def _earlier(
     return others
 
 
-def _parsed(content: bytes, where: str) -> dict[str, Any]:
+def _parsed(content: bytes, model: type[BaseModel], where: str) -> dict[str, Any]:
+    """Return what JSON says, whole, if it holds at least what a model does."""
     try:
         found = json.loads(content)
     except ValueError as error:
         raise DatasetError(f"{where}: not valid JSON: {error}") from None
     if not isinstance(found, dict):
         raise DatasetError(f"{where}: wanted a mapping, found {type(found).__name__}")
+    try:
+        model.model_validate(found)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise DatasetError(f"{where}: {key}: {first['msg']}") from None
     return found
 
 
@@ -226,7 +272,7 @@ def _seeds_text(seeds: Sequence[int]) -> str:
     return ",".join(map(str, seeds))
 
 
-def _naturally(path: str) -> list[tuple[int, str]]:
+def _naturally(name: str) -> list[tuple[int, str]]:
     """Return what sorts ``a-9999`` before ``a-10000``."""
-    parts = re.split(r"(\d+)", path.rsplit(".", 2)[0])
+    parts = re.split(r"(\d+)", name)
     return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]

@@ -8,19 +8,18 @@ those of the sequence it is making.
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from simbench.datasets.card import card
-from simbench.datasets.formats import find_format
 from simbench.errors import DatasetError, SimbenchError
-from simbench.producing.dataset_record import Entries, Record, require_room, tidy
+from simbench.producing.dataset_record import Entries, Record, require_room
+from simbench.producing.index import index_files
 from simbench.producing.one_sequence import Order, bring, produce
+from simbench.producing.standing import Standing, require_same, survey, tidy
 from simbench.producing.store import FolderStore, Store, open_store
 from simbench.producing.wanted import Wanted, Wish
 from simbench.running.bounds import film_limit_s
@@ -47,11 +46,14 @@ class Outcome:
         Sequences made now, and those that were there already.
     lost : dict from str to str
         One line for each sequence that could not be made, by its name.
+    again : int
+        Of those made, how many took the place of one that was made otherwise.
     """
 
     made: int
     kept: int
     lost: dict[str, str]
+    again: int = 0
 
 
 def produce_dataset(
@@ -60,6 +62,7 @@ def produce_dataset(
     *,
     command: str,
     licence: str = "",
+    replace: bool = False,
     jobs: int = 1,
     cluster: str = "",
     progress: Progress | None = None,
@@ -75,7 +78,10 @@ def produce_dataset(
     command : str
         What the user typed, for ``dataset.json``.
     licence : str
-        Of the pictures, for the card.
+        Of the pictures, for the card; where empty, as declared before.
+    replace : bool
+        Whether finished sequences of the same names may be made again where scenario,
+        code or library versions are others now.
     jobs : int
         Worker processes at a time.
     cluster : str
@@ -90,7 +96,8 @@ def produce_dataset(
     Raises
     ------
     DatasetError
-        If the place cannot be used, or stops being usable.
+        If the place cannot be used, or stops being usable, or holds sequences that
+        may not be replaced.
     ClusterError
         If the cluster cannot, or does.
     """
@@ -101,37 +108,43 @@ def produce_dataset(
     with store.claimed(), emptied(_scratch(store)) as scratch:
         shared = store.path if isinstance(store, FolderStore) else None
         log = scratch / "workers.log"
+        record = Record.begun(store, wanted, command, licence)
+        standing = survey(store, wanted)
+        if not replace:
+            require_same(standing, wanted, store)
         with workforce(jobs, cluster, scratch, log, shared) as crew:
-            record = Record.begun(store, wanted, command)
-            finished = tidy(store, wanted)
-            making = _Making(wanted, finished, store, scratch)
+            record.write()
+            tidy(store)
+            making = _Making(wanted, standing, store, scratch)
             while making.step(crew):
                 store.still_ours()
                 if progress is not None:
                     progress(*making.standing())
         if progress is not None:
             progress(1.0, 1.0, "writing the index")
-        index = _index(wanted, store, command, licence)
-        _write(index, store, scratch / "index")
+        _write(index_files(store, record.content), store, scratch / "index")
         if making.lost and log.exists():  # says more than a line
             store.take({"workers.log": log})
         record.end(len(Entries(store)), making.lost)
-    return Outcome(making.made, len(finished), making.lost)
+    return Outcome(making.made, making.kept, making.lost, making.again)
 
 
 class _Making:
     """Which sequences wait, which are under way, and which are lost."""
 
     def __init__(
-        self, wanted: Wanted, finished: set[str], store: Store, scratch: Path
+        self, wanted: Wanted, there: Standing, store: Store, scratch: Path
     ) -> None:
         self.wanted = wanted
+        self.there = there
         self.store = store
         self.scratch = scratch
-        self.waiting = (wish for wish in wanted if wish.name not in finished)
+        self.waiting = (wish for wish in wanted if wish.name not in there.finished)
         self.next = next(self.waiting, None)
-        self.kept = len(finished)
+        self.otherwise = set(there.otherwise)
+        self.kept = len(there.finished)
         self.made = 0
+        self.again = 0
         self.lost: dict[str, str] = {}
         self.under_way: dict[str, float] = {}
 
@@ -162,6 +175,7 @@ class _Making:
             channels=self.wanted.channels,
             place=self.store.address,
             left_at=self.scratch / wish.name if self.store.is_private else None,
+            replaces=tuple(self.there.replaced.get(wish.name, ())),
         )
 
     def hear(self, event: Event) -> None:
@@ -185,6 +199,7 @@ class _Making:
             bring(order.left_at, self.store, order)
             shutil.rmtree(order.left_at)
         self.made += 1
+        self.again += order.name in self.otherwise
 
     def standing(self) -> tuple[float, float, str]:
         """Return the sequences done, all of them, and what is being done."""
@@ -192,20 +207,6 @@ class _Making:
         doing = next(iter(self.under_way), "")
         title = f"{done} of {len(self.wanted)} sequences; {doing}"
         return done + sum(self.under_way.values()), len(self.wanted), title
-
-
-def _index(
-    wanted: Wanted, store: Store, command: str, licence: str
-) -> Iterator[tuple[str, Iterable[str]]]:
-    """Yield the files over all sequences, of this production and earlier ones."""
-    layout = find_format(wanted.layout, wanted.split or None)
-    yield from layout.index(Entries(store, "layout"))
-    summaries = Entries(store, "summary")
-    if len(summaries):
-        facts = {"command": command, "format": wanted.layout, "licence": licence}
-        text, content = card(summaries, facts)
-        yield "CARD.md", [text]
-        yield "card.json", [json.dumps(content, indent=1, allow_nan=False), "\n"]
 
 
 def _write(
@@ -216,6 +217,7 @@ def _write(
         local.parent.mkdir(parents=True, exist_ok=True)
         with local.open("w", encoding="utf-8", newline="\n") as file:
             file.writelines(chunks)
+        store.still_ours()
         store.take({path: local})
 
 
@@ -223,5 +225,7 @@ def _scratch(store: Store) -> Path:
     """Return where workers make their files: beside their place, if that is local."""
     if isinstance(store, FolderStore):
         return store.path / ".scratch"
+    if store.is_private:  # another process may have one of the same name
+        return Path(tempfile.mkdtemp(prefix="simbench-"))
     name = f"simbench-{os.getuid()}-{digest_of(str(store))[:12]}"
     return Path(tempfile.gettempdir()) / name

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import secrets
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
@@ -27,7 +28,8 @@ _ARRIVING = ".arriving"
 class Store(Protocol):
     """Where files go, by path relative to it, ``/`` between the parts.
 
-    Every method raises `DatasetError`, with one line that names the place.
+    What was taken or removed is so for good, whenever the machine dies. Every method
+    raises `DatasetError`, with one line that names the place.
     """
 
     @property
@@ -42,7 +44,7 @@ class Store(Protocol):
         """Keep other productions out while the block runs."""
 
     def still_ours(self) -> None:
-        """Say that this production lives; to be called every few seconds."""
+        """Stop a production that has lost its claim."""
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the files and folders in a folder, none if missing."""
@@ -57,7 +59,7 @@ class Store(Protocol):
         """Move local files to where they belong, in place of what stands there."""
 
     def remove(self, paths: Iterable[str]) -> None:
-        """Remove files, as far as they are there."""
+        """Remove files, and folders with all in them, as far as they are there."""
 
 
 def open_store(place: str) -> Store:
@@ -70,6 +72,8 @@ def open_store(place: str) -> Store:
     """
     if "://" not in place and "::" not in place:
         return FolderStore(Path(place))
+    if not all(link.partition("://")[0] for link in place.split("::")):
+        raise DatasetError(f"{place}: wanted a folder, or a URL like s3://bucket/set")
     if place.startswith(("file://", "local://")):
         return FolderStore(Path(place.partition("://")[2]))
     return UrlStore(place)
@@ -134,29 +138,44 @@ class FolderStore:
             for path, local in files.items():
                 there = self.path / path
                 there.parent.mkdir(parents=True, exist_ok=True)
+                _flush(local)
                 try:
                     local.replace(there)
                 except OSError as error:
                     if error.errno != errno.EXDEV:
                         raise
                     self._copy(local, there)
+            self._flush_folders(files)
 
     def remove(self, paths: Iterable[str]) -> None:
-        """Remove files, as far as they are there, and folders that this empties."""
+        """Remove files and folders, and those that this empties."""
+        removed = list(paths)
         with self._told():
-            for path in paths:
-                (self.path / path).unlink(missing_ok=True)
+            for path in removed:
+                there = self.path / path
+                if there.is_dir():
+                    shutil.rmtree(there)
+                else:
+                    there.unlink(missing_ok=True)
                 for parent in PurePosixPath(path).parents[:-1]:
                     with contextlib.suppress(OSError):  # not empty, or gone
                         (self.path / parent).rmdir()
+            self._flush_folders(removed)
 
     def _copy(self, local: Path, there: Path) -> None:
         """Copy a file from another disk beside its place, and then put it there."""
         beside = self.path / _ARRIVING / secrets.token_hex(8)
         beside.parent.mkdir(exist_ok=True)
         shutil.copyfile(local, beside)
+        _flush(beside)
         beside.replace(there)
         local.unlink()
+
+    def _flush_folders(self, paths: Iterable[str]) -> None:
+        """Bring to the disk what the folders above files say is in them."""
+        for folder in {up for path in paths for up in PurePosixPath(path).parents}:
+            with contextlib.suppress(FileNotFoundError):  # emptied, and gone
+                _flush(self.path / folder)
 
     @contextlib.contextmanager
     def _told(self) -> Iterator[None]:
@@ -165,3 +184,15 @@ class FolderStore:
         except OSError as error:
             where = error.filename or self.path
             raise DatasetError(f"{where}: {error.strerror or error}") from None
+
+
+def _flush(path: Path) -> None:
+    """Bring a file, or what a folder says is in it, to the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a folder of a file system that cannot
+            raise
+    finally:
+        os.close(handle)

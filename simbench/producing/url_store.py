@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import json
 import secrets
+import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
@@ -37,7 +39,8 @@ class UrlStore:
     def __init__(self, url: str) -> None:
         self.url = url
         self._token = secrets.token_hex(8)
-        self._renewed = 0.0
+        self._one_at_a_time = threading.RLock()  # few drivers stand more
+        self._fault: DatasetError | None = None
         try:
             self._system, root = fsspec.core.url_to_fs(url)
         except ImportError as error:
@@ -66,34 +69,45 @@ class UrlStore:
     def claimed(self) -> Iterator[None]:
         """Keep other productions out while the block runs.
 
-        Object stores have no locks: a small file that is written again and again
-        says that a production lives.
+        Object stores have no locks: a small file that is written again and again,
+        whatever the production is at, says that it lives.
         """
         self._refuse_another(_LEASE_S)
         self._renew()
+        self._fault = None
+        is_over = threading.Event()
+        renewing = threading.Thread(target=self._live, args=(is_over,), daemon=True)
+        renewing.start()
         try:
             yield
         finally:
+            is_over.set()
+            renewing.join()
             with contextlib.suppress(DatasetError):
                 self._refuse_another(float("inf"))  # it is theirs then, to remove too
                 self.remove([_LEASE])
 
     def still_ours(self) -> None:
-        """Say that this production lives; to be called every few seconds."""
-        if time.monotonic() - self._renewed > _RENEW_S:
-            self._refuse_another(float("inf"))
-            self._renew()
+        """Stop a production that has lost its claim."""
+        if self._fault is not None:
+            raise self._fault
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the files and folders in a folder, none if missing."""
         with self._told():
             self._system.invalidate_cache()
+            there = self._full(folder)
             try:
-                found = self._system.ls(self._full(folder), detail=False)
+                found = self._system.ls(there, detail=False)
             except FileNotFoundError:
                 return []
+            except NotADirectoryError:
+                found = [there]
+            is_file = len(found) == 1 and self._system.isfile(there)
+        if is_file:
+            raise DatasetError(f"{self}: {there} is a file, wanted a folder")
         named = {PurePosixPath(path).name for path in found}
-        return sorted(named - {PurePosixPath(self._full(folder)).name, _LEASE})
+        return sorted(named - {PurePosixPath(there).name, _LEASE})
 
     def has(self, path: str) -> bool:
         """Whether a file is there."""
@@ -107,8 +121,10 @@ class UrlStore:
         if not wanted:
             return []
         with self._told():
-            found = self._system.cat(wanted)
-        return [found[path] for path in wanted]
+            found: list[bytes] = self._system.cat_ranges(
+                wanted, None, None, on_error="raise"
+            )
+        return found
 
     def take(self, files: Mapping[str, Path]) -> None:
         """Move local files to where they belong, in place of what stands there."""
@@ -127,11 +143,11 @@ class UrlStore:
             local.unlink()
 
     def remove(self, paths: Iterable[str]) -> None:
-        """Remove files, as far as they are there."""
+        """Remove files and folders with all in them, as far as they are there."""
         there = [self._full(path) for path in paths if self.has(path)]
         if there:
-            with self._told():
-                self._system.rm(there)
+            with self._told():  # which takes names for patterns
+                self._system.rm([glob.escape(path) for path in there], recursive=True)
 
     def _full(self, path: str) -> str:
         return f"{self._root}/{path}" if path else self._root
@@ -156,11 +172,24 @@ class UrlStore:
             local = Path(folder) / _LEASE
             local.write_text(json.dumps({"by": self._token, "at": time.time()}))
             self.take({_LEASE: local})
-        self._renewed = time.monotonic()
+
+    def _live(self, is_over: threading.Event) -> None:
+        """Renew the lease until it is over, or another production has taken it."""
+        while not is_over.wait(_RENEW_S):
+            try:
+                self._refuse_another(float("inf"))
+                self._renew()
+            except DatasetError as error:
+                self._fault = error
+                return
+            except OSError as error:  # of the local disk
+                self._fault = DatasetError(f"{self}: {one_line(error)}")
+                return
 
     @contextlib.contextmanager
     def _told(self) -> Iterator[None]:
-        try:
-            yield
-        except Exception as error:  # each driver has its own
-            raise DatasetError(f"{self}: {one_line(error)}") from None
+        with self._one_at_a_time:
+            try:
+                yield
+            except Exception as error:  # each driver has its own
+                raise DatasetError(f"{self}: {one_line(error)}") from None

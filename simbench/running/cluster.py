@@ -37,7 +37,7 @@ _WORKERS_S = 30.0  # that a cluster may be without any
 _LOOK_EVERY_S = 2.0
 _AHEAD = 2  # jobs for each thread of the cluster: one at work, one that waits there
 
-Ending = tuple[Literal["done", "failed", "died", "timeout"], Any]
+Ending = tuple[Literal["done", "failed", "died", "timeout", "lost"], Any]
 
 
 class ClusterError(SimbenchError):
@@ -82,7 +82,8 @@ class Cluster:
     ClusterError
         When the block is entered: if Dask is not installed, the scheduler does not
         answer or has no workers, or a worker has other versions or does not see the
-        folder. Later: if the scheduler or all workers are lost.
+        folder. Later: if the scheduler or all workers are lost, or a worker of other
+        versions has joined.
     """
 
     def __init__(self, address: str, shared: Path | None = None) -> None:
@@ -222,15 +223,18 @@ async def _knock(address: str) -> None:
 
 def _portrait() -> dict[str, str]:
     """Return what decides the bytes that a process makes."""
-    return versions() | {"code": filming_code() + tracking_code()}
+    code = f"{filming_code()[:8]}-{tracking_code()[:8]}"
+    return versions() | {"simbench code": code}
 
 
 def _require_same(theirs: Mapping[str, str], ours: Mapping[str, str], who: str) -> None:
     for name, wanted in ours.items():
-        found = theirs.get(name, "none")
+        found = theirs.get(name, "")
         if found != wanted:
-            which = "is another" if name == "code" else f"is {found}, here {wanted}"
-            raise ClusterError(f"worker {who}: its {name} of simbench {which}")
+            raise ClusterError(
+                f"worker {who}: its {name} is {found or 'missing'}, "
+                f"here {wanted or 'missing'}"
+            )
 
 
 def _sees(folder: Path) -> bool:
@@ -244,8 +248,10 @@ def _ending(future: Future) -> Ending:
         ending: Ending = future.result()
         return ending
     error = future.exception()
+    if isinstance(error, ClusterError):  # nothing is wrong with the job
+        raise error
     if isinstance(error, KilledWorker):
-        return "died", "the workers that tried it were lost"
+        return "lost", "the workers that tried it were lost"
     return "failed", one_line(error)
 
 
@@ -265,7 +271,7 @@ def _perform(job: Job, portrait: dict[str, str]) -> Ending:
                 for event in crew.events(within_s=0.5):
                     if event.kind != "progress":
                         return event.kind, event.value
-    return "died", "it was called off"
+    return "lost", "it was called off"
 
 
 def _is_wanted(worker: Any, task: str) -> bool:

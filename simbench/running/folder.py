@@ -110,7 +110,16 @@ class RunFolder:
         """Remove what is done so far, so that all of it is done again."""
         for folder in (self.parts, self.sequences):
             shutil.rmtree(folder, ignore_errors=True)
-        self.log.unlink(missing_ok=True)
+        for file in (self.log, self.path / "run.json"):
+            file.unlink(missing_ok=True)
+
+    @property
+    def keeps_sequences(self) -> bool:
+        """Whether a run here was asked to leave its pictures."""
+        try:
+            return self.read_facts().get("keep_sequences") is True
+        except DatasetError:
+            return False
 
     def is_finished(self, digest: str) -> bool:
         """Whether a run came to its end here, and all that it made can be read.

@@ -79,16 +79,22 @@ def run_grid(
     return grid.scores(), firsts
 
 
-def finished_scores(request: Request, folder: RunFolder) -> Scores | None:
-    """Return the scores of a request of which nothing is left to do, else None."""
-    parts = []
-    for shoot in plan(request, folder):
-        for chase in shoot.chases:
-            part = chase.scores()
-            if part is None:
-                return None
-            parts.append(part)
-    return Scores.concat(parts)
+def finished_scores(
+    request: Request, folder: RunFolder, *, with_sequences: bool = False
+) -> Scores | None:
+    """Return the scores of a request of which nothing is left to do, else None.
+
+    Parameters
+    ----------
+    request : Request
+    folder : RunFolder
+    with_sequences : bool
+        Count a sequence that is not in the folder as left to do.
+    """
+    grid = _Grid(plan(request, folder), request.timeout_s, keep=with_sequences)
+    if any(grid.open.values()) or (with_sequences and grid.unfilmed):
+        return None
+    return grid.scores()
 
 
 class _Grid:
@@ -178,12 +184,13 @@ class _Grid:
         shutil.rmtree(shoot.sequence, ignore_errors=True)
 
     def followed(self, chase: Chase, event: Event) -> None:
-        if event.kind == "timeout":
-            self.lost[chase] = chase.failure(f"timeout after {self.timeout_s:g} s")
-        elif event.kind != "done":
-            self.lost[chase] = chase.failure(event.value)
         if event.kind in ("timeout", "died"):  # the tracker's doing, so a result
-            self.lost[chase].write(chase.part)
+            late = f"timeout after {self.timeout_s:g} s"
+            row = chase.failure(late if event.kind == "timeout" else event.value)
+            row.write(chase.part)
+            self.lost[chase] = row
+        elif event.kind != "done":  # so that the same call tries again
+            self.lost[chase] = chase.unmade("failed", event.value)
         shoot = self.shoot_of[chase.sequence]
         self.open[shoot].remove(chase)
         if not self.open[shoot] and not self.is_kept(shoot):
@@ -199,7 +206,7 @@ class _Grid:
 
     def reached(self, chase: Chase) -> Scores:
         found = self.known.get(chase) or chase.scores() or self.lost.get(chase)
-        return found or chase.failure("its scores cannot be read")
+        return found or chase.unmade("failed", "its scores cannot be read")
 
 
 def _cost(task: Shoot | Chase) -> float:

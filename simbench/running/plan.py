@@ -88,7 +88,7 @@ class Chase:
             return self.scenario.frames
 
     def unmade(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
-        """Return the row of a run without a sequence."""
+        """Return the row of a run that no tracker is to blame for: nothing measured."""
         return score_unmade(
             scenario=self.scenario.name,
             seed=self.seed,

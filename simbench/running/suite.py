@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, TypeVar
 
 import pydantic
@@ -72,6 +72,17 @@ class Suite:
             first = error.errors()[0]
             place = ".".join(["settings", *map(str, first["loc"])])
             raise DatasetError(f"baseline: {place}: {first['msg']}") from None
+
+    def with_trackers(self, trackers: Iterable[str]) -> Suite:
+        """Return the suite with these trackers too, in place of any of their labels.
+
+        Raises
+        ------
+        SimbenchError
+            If a tracker cannot be found.
+        """
+        wanted = {find_tracker(one).label: one for one in (*self.trackers, *trackers)}
+        return replace(self, trackers=list(wanted.values()))
 
     def to_settings(self) -> dict[str, Any]:
         """Return the suite as plain data."""

@@ -16,7 +16,7 @@ from simbench.running.workers import Report
 from simbench.scenarios.schema import Scenario
 from simbench.scores import score
 from simbench.tracking import track
-from simbench.writing import written_whole
+from simbench.writing import folder_written_whole
 
 __all__ = ["film", "follow"]
 
@@ -69,5 +69,5 @@ def follow(chase: Chase, timeout_s: float, report: Report) -> None:
         )
         label = chase.tracker.label
         scores = score(found, sequence, tracker=label, repetition=chase.repetition)
-    with written_whole(chase.part) as temporary:
+    with folder_written_whole(chase.part) as temporary:
         scores.write(temporary)

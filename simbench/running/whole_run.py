@@ -83,7 +83,8 @@ def whole_run(
     cluster : str
         Address of a Dask scheduler whose workers do the work instead.
     keep_sequences : bool
-        Leave the pictures in ``path/sequences``.
+        Leave the pictures in ``path/sequences``. Later calls leave them there too, up
+        to one that does all afresh.
     fresh : bool
         Do again what is done already.
     progress : callable, optional
@@ -99,11 +100,12 @@ def whole_run(
         if fresh:
             folder.forget()
         if folder.is_finished(request.digest):
-            known = finished_scores(request, folder)
+            known = finished_scores(request, folder, with_sequences=keep_sequences)
             if known is not None:
                 swept = _swept(request, known, path)
                 return Outcome(known, folder.report, swept)
-        facts = run_facts(request, command)
+        keep_sequences = keep_sequences or folder.keeps_sequences
+        facts = run_facts(request, command, keep_sequences=keep_sequences)
         folder.write_facts(facts)
         with ThreadPoolExecutor(1) as aside:  # it takes a second, which the work has
             opengl = aside.submit(opengl_renderer)
@@ -129,12 +131,15 @@ def whole_run(
     return Outcome(scores, folder.report, swept)
 
 
-def run_facts(request: Request, command: str) -> dict[str, Any]:
+def run_facts(
+    request: Request, command: str, *, keep_sequences: bool
+) -> dict[str, Any]:
     """Return what stands in ``run.json`` before anything is done."""
     return {
         "command": command,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": False,
+        "keep_sequences": keep_sequences,
         "digest": request.digest,
         "versions": versions(),
         "host": host(),

@@ -73,16 +73,17 @@ class Event:
     Attributes
     ----------
     job : Job
-    kind : {"progress", "done", "failed", "died", "timeout"}
+    kind : {"progress", "done", "failed", "died", "timeout", "lost"}
         All but ``progress`` end the job: the function returned or raised, its process
-        ended, or it was killed at its limit.
+        ended, or it was killed at its limit. ``lost`` is no doing of the function's:
+        it was never called, or its worker went away.
     value : object
         The frames done, what the function returned, or one line that says what went
         wrong.
     """
 
     job: Job
-    kind: Literal["progress", "done", "failed", "died", "timeout"]
+    kind: Literal["progress", "done", "failed", "died", "timeout", "lost"]
     value: Any
 
 
@@ -120,13 +121,20 @@ class _Worker:
             self.process.start()
         theirs.close()
         self.job: Job | None = None
+        self.has_begun = False
         self.deadline = float("inf")
 
     def give(self, job: Job) -> None:
         self.job = job
+        self.has_begun = False
         self.deadline = time.monotonic() + _START_LIMIT_S
         with contextlib.suppress(OSError):  # it died idle: the pipe's end says so
             self.pipe.send_bytes(pickle.dumps((job.function, job.arguments)))
+
+    def begin(self, job: Job) -> None:
+        """Note that the job's function is called now: what comes is its doing."""
+        self.has_begun = True
+        self.deadline = time.monotonic() + job.limit_s
 
     def dismiss(self) -> None:
         """Tell a worker that no more work will come."""
@@ -211,7 +219,11 @@ class Crew:
                 job = worker.job
                 self._workers.remove(worker)
                 worker.kill()
-                yield Event(job, "timeout", "did not return")
+                if worker.has_begun:
+                    yield Event(job, "timeout", "did not return")
+                else:
+                    late = f"its process did not start within {_START_LIMIT_S:g} s"
+                    yield Event(job, "lost", late)
 
     @property
     def _busy(self) -> list[_Worker]:
@@ -226,10 +238,11 @@ class Crew:
         except (EOFError, OSError):
             self._workers.remove(worker)
             worker.leave()
-            yield Event(job, "died", _obituary(worker.process.exitcode))
+            ending = _obituary(worker.process.exitcode)
+            yield Event(job, "died" if worker.has_begun else "lost", ending)
             return
         if kind == "started":
-            worker.deadline = time.monotonic() + job.limit_s
+            worker.begin(job)
             return
         if kind != "progress":
             worker.job = None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.datasets.arrays import arrays_from_sequence
+from simbench.datasets.frame_folder import FrameFolder
 from simbench.mask import Mask
 from simbench.provenance import PARTS, frame_digest, frames_digest, truth_digests
 from simbench.sequence import Sequence, VehicleTruth
@@ -28,8 +29,9 @@ class Difference:
     Attributes
     ----------
     part : str
-        One of `simbench.provenance.PARTS`, a channel, or ``files`` for others of a data
-        set.
+        One of `simbench.provenance.PARTS`, a channel, the ``description`` or ``arrays``
+        of a sequence, ``summary`` or ``layout`` of a data set's entry, its ``index`` or
+        ``record``, or ``files`` for whatever else.
     first_frame : int or None
         Where it begins; None where that cannot be told.
     detail : str
@@ -59,12 +61,12 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What came of making one sequence anew.
+    """What came of making one sequence, or the index of a data set, anew.
 
     Attributes
     ----------
     name : str
-        Of the sequence.
+        Of what was made.
     differences : tuple of Difference
     fault : str
         One line that says why it could not be read or made; empty where it could.
@@ -79,7 +81,7 @@ class Finding:
 
     @property
     def is_same(self) -> bool:
-        """Whether it came out again to the bit."""
+        """Whether it could be made, and nothing that is compared differs."""
         return not self.differences and not self.fault
 
     def __str__(self) -> str:
@@ -115,6 +117,7 @@ def differences(kept: Sequence, made: Sequence) -> list[Difference]:
     if len(kept) != len(made):
         detail = f"{len(kept)} frames kept, {len(made)} made"
         return [Difference("frames", min(len(kept), len(made)), detail)]
+    # not of the trajectories: of those out of sight nothing is kept
     held = truth_digests(kept)
     held["frames"] = frames_digest(frame_digest(frame.image) for frame in kept.frames)
     found = []
@@ -122,12 +125,16 @@ def differences(kept: Sequence, made: Sequence) -> list[Difference]:
         recorded = kept.digests.get(part)
         is_altered = recorded is not None and held.get(part, recorded) != recorded
         is_otherwise = recorded is not None and made.digests[part] != recorded
-        if recorded is None or is_altered or is_otherwise:
-            first, detail = _COMPARE[part](kept, made)
-            if detail or recorded is not None:
-                detail = detail or "by their digests, though nothing that is kept does"
-                otherwise = is_otherwise or not is_altered
-                found.append(Difference(part, first, detail, is_altered, otherwise))
+        if part in held and recorded is not None and not is_altered | is_otherwise:
+            continue
+        first, detail = _COMPARE[part](kept, made)
+        if is_altered or is_otherwise:
+            detail = detail or "by their digests, though nothing that is kept does"
+        elif recorded is not None:  # made here as it was made then: what is kept is not
+            is_altered = True
+        if detail:
+            otherwise = is_otherwise or not is_altered
+            found.append(Difference(part, first, detail, is_altered, otherwise))
     return [*found, *_channels(kept, made)]
 
 
@@ -152,7 +159,16 @@ def _trajectories(kept: Sequence, made: Sequence) -> tuple[int | None, str]:
         return None, f"other vehicles: {_others(old, new)}"
     if kept.lane_changes != made.lane_changes:
         return None, "other lane changes"
-    return _worst({"position in m": (old.positions, new.positions)})
+    times = _times_s(kept), _times_s(made)
+    positions = old.positions, new.positions
+    return _worst({"time in s": times, "position in m": positions})
+
+
+def _times_s(sequence: Sequence) -> NDArray[np.float64]:
+    frames = sequence.frames
+    if isinstance(frames, FrameFolder):
+        return frames.times_s  # without reading pictures
+    return np.array([frame.time_s for frame in frames])
 
 
 def _others(old: VehicleTruth, new: VehicleTruth) -> str:

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.native import read_sequence
 from simbench.errors import DatasetError, SimbenchError
+from simbench.producing.dataset_record import EntryFile
 from simbench.producing.one_sequence import Order, produce
-from simbench.producing.store import Store, open_store
-from simbench.provenance import PARTS
+from simbench.producing.store import open_store
 from simbench.running.workers import Report
 from simbench.scenarios.schema import Scenario
-from simbench.verifying.likeness import Difference, Finding, differences, picture_gap
+from simbench.verifying.contents import MADE_WITH
+from simbench.verifying.entry_likeness import entry_differences
+from simbench.verifying.folder_likeness import folder_differences
+from simbench.verifying.likeness import Finding, differences
 
 __all__ = ["STEPS", "remake_entry", "remake_sequence"]
 
@@ -55,9 +56,9 @@ def remake_sequence(folder: Path, scratch: Path, report: Report) -> Finding:
         made = generate(
             scenario, seed, scratch, channels=channels, progress=in_thousandths
         )
-        different = tuple(differences(kept, made))
+        different = [*differences(kept, made), *folder_differences(folder, scratch)]
         elsewhere = _elsewhere(kept.made_with, made.made_with)
-        return Finding(folder.name, different, elsewhere=elsewhere)
+        return Finding(folder.name, tuple(different), elsewhere=elsewhere)
     except SimbenchError as error:
         return Finding(folder.name, fault=str(error))
     finally:
@@ -67,7 +68,7 @@ def remake_sequence(folder: Path, scratch: Path, report: Report) -> Finding:
 def remake_entry(
     place: str,
     how: Mapping[str, Any],
-    entry: Mapping[str, Any],
+    file: EntryFile,
     scratch: Path,
     report: Report,
 ) -> Finding:
@@ -79,19 +80,22 @@ def remake_entry(
         Path or URL of the data set.
     how : mapping
         What ``dataset.json`` says of the whole: format, split, channels.
-    entry : mapping
-        What ``entries/`` says of this one, see `simbench.producing.one_sequence`.
+    file : EntryFile
+        Its entry, see `simbench.producing.one_sequence`.
     scratch : Path
         Free name for a folder.
     report : callable of (done, total)
         Called with thousandths.
     """
-    name = str(entry.get("name", "?"))
+    name = file.name
     try:
+        store = open_store(place)
+        (content,) = store.read([file.path])
+        entry = file.parsed(content, store)
         scenario, seed = _origin(entry["scenario"], entry["seed"])
         order = Order(
             name=name,
-            key=entry["key"],
+            key=file.key,
             scenario=scenario,
             seed=seed,
             layout=how["format"],
@@ -104,12 +108,12 @@ def remake_entry(
         if result != "made":
             return Finding(name, fault=reason)
         made = json.loads((scratch / "entry.json").read_text(encoding="utf-8"))
-        different = _entry_differences(open_store(place), entry, made, scratch)
-        then, now = (one["summary"]["made_with"] for one in (entry, made))
+        different = entry_differences(store, entry, made, scratch)
+        then, now = (one["summary"][MADE_WITH] for one in (entry, made))
         return Finding(name, tuple(different), elsewhere=_elsewhere(then, now))
     except SimbenchError as error:
         return Finding(name, fault=str(error))
-    except (KeyError, TypeError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         return Finding(name, fault=f"damaged entry: {error!r}")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
@@ -138,60 +142,3 @@ def _elsewhere(
         for name, version in then.items()
         if now.get(name, "") != version
     }
-
-
-def _entry_differences(
-    store: Store, entry: Mapping[str, Any], made: Mapping[str, Any], root: Path
-) -> Iterator[Difference]:
-    """Yield what differs by the digests, then what does in the files."""
-    recorded = entry["digests"]
-    otherwise = [p for p in PARTS if made["digests"].get(p) != recorded.get(p)]
-    for part in otherwise:
-        if part != "frames":
-            yield Difference(part, None, "by their digests")
-    pictures = [path for path in entry["files"] if _is_picture(root / path)]
-    first, detail = picture_gap(_picture_pairs(store, pictures, root))
-    if detail or "frames" in otherwise:
-        is_otherwise = "frames" in otherwise
-        detail = detail or "by their digests"
-        yield Difference("frames", first, detail, not is_otherwise, is_otherwise)
-    others = [path for path in entry["files"] if path not in set(pictures)]
-    wrong = [path for path in others if not _is_same(store, path, root / path)]
-    if wrong:
-        more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-        # The digest of the scenario stands in files; a version whose scenarios have
-        # other keys gives another one.
-        said = (one["summary"]["digest"] for one in (entry, made))
-        is_otherwise = bool(otherwise) or len(set(said)) > 1
-        yield Difference("files", None, wrong[0] + more, not is_otherwise, is_otherwise)
-
-
-def _picture_pairs(
-    store: Store, paths: list[str], root: Path
-) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
-    for path in paths:
-        (kept,) = store.read([path])
-        new = _decoded((root / path).read_bytes(), path)
-        yield _decoded(kept, path), new
-
-
-def _decoded(content: bytes, path: str) -> NDArray[np.uint8]:
-    encoded = np.frombuffer(content, np.uint8)
-    found = cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB) if encoded.size else None
-    if found is None:
-        raise DatasetError(f"{path}: not a readable picture")
-    return np.asarray(found, np.uint8)
-
-
-def _is_picture(path: Path) -> bool:
-    """Whether a file is a PNG of 8 bits a channel in colour, whatever its name."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        head = file.read(26)
-    return head[1:4] == b"PNG" and head[24:26] == bytes([8, 2])
-
-
-def _is_same(store: Store, path: str, made: Path) -> bool:
-    (kept,) = store.read([path])
-    return made.is_file() and made.read_bytes() == kept

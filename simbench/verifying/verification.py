@@ -6,21 +6,22 @@ import tempfile
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from simbench.errors import DatasetError
-from simbench.producing.dataset_record import RECORD, Entries, read_record
-from simbench.producing.store import open_store
+from simbench.producing.dataset_record import RECORD, EntryFile, read_record
+from simbench.producing.store import Store, open_store
 from simbench.running.bounds import environment, film_limit_s
 from simbench.running.folder import RunFolder
 from simbench.running.workers import Crew, Event, Job
 from simbench.verifying.likeness import Finding
 from simbench.verifying.remaking import STEPS, remake_entry, remake_sequence
 
-__all__ = ["Progress", "Subject", "find_subjects", "spread", "verify"]
+__all__ = ["Progress", "Subject", "chosen_evenly", "find_subjects", "verify"]
 
 Progress = Callable[[float, float, str], None]
 
@@ -36,14 +37,15 @@ class Subject:
         `remake_sequence` or `remake_entry`.
     arguments : tuple
         Its first ones: what is recorded where.
-    frames : int
-        How many are to be filmed.
+    count_frames : callable
+        Returns how many are to be filmed, 0 where that cannot be told; it may have to
+        read what is recorded.
     """
 
     name: str
     remake: Callable[..., Finding]
     arguments: tuple[Any, ...]
-    frames: int
+    count_frames: Callable[[], int]
 
 
 def find_subjects(place: str, sample: int | None = None) -> tuple[list[Subject], int]:
@@ -65,27 +67,35 @@ def find_subjects(place: str, sample: int | None = None) -> tuple[list[Subject],
     """
     store = open_store(place)
     if RECORD in store.names(""):
-        how = read_record(store)
-        entries = Entries(store)
-        chosen = set(spread(range(len(entries)), sample))
-        if not chosen:
+        record = read_record(store)
+        how = {key: record.get(key) for key in ("format", "split", "channels")}
+        files = [one for one in EntryFile.listed(store) if one.kind == "json"]
+        if not files:
             raise DatasetError(f"{place}: nothing to verify: no sequence is finished")
-        found = (e for number, e in enumerate(entries) if number in chosen)
-        return [_of_entry(place, how, entry) for entry in found], len(entries)
+        return [
+            Subject(
+                name=file.name,
+                remake=remake_entry,
+                arguments=(place, how, file),
+                count_frames=partial(_frames_told, store, file),
+            )
+            for file in chosen_evenly(files, sample)
+        ], len(files)
     folders = _sequence_folders(Path(place))
     subjects = [
-        Subject(folder.name, remake_sequence, (folder,), _frame_count(folder))
-        for folder in spread(folders, sample)
+        Subject(folder.name, remake_sequence, (folder,), partial(_frame_count, folder))
+        for folder in chosen_evenly(folders, sample)
     ]
     return subjects, len(folders)
 
 
-def _of_entry(place: str, how: dict[str, Any], entry: dict[str, Any]) -> Subject:
+def _frames_told(store: Store, file: EntryFile) -> int:
+    """Return what an entry says; it is not read before its turn comes, nor held."""
     try:
-        name, frames = entry["name"], int(entry["scenario"]["frames"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise DatasetError(f"{place}: damaged entry: {error!r}") from None
-    return Subject(name, remake_entry, (place, how, entry), frames)
+        (content,) = store.read([file.path])
+        return int(file.parsed(content, store)["summary"]["frames"])
+    except (DatasetError, KeyError, TypeError, ValueError):
+        return 0  # the worker will say what is wrong
 
 
 def _sequence_folders(path: Path) -> list[Path]:
@@ -114,7 +124,7 @@ def _frame_count(folder: Path) -> int:
     return sum(1 for _ in (folder / "frames").glob("*.png"))
 
 
-def spread(what: Sequence[Any], count: int | None) -> Sequence[Any]:
+def chosen_evenly(what: Sequence[Any], count: int | None) -> Sequence[Any]:
     """Return ``count`` of a sequence, evenly spread; all where None or more."""
     if count is None or count >= len(what):
         return what
@@ -164,7 +174,7 @@ def verify(
 
 def _job(subject: Subject, scratch: Path) -> Job:
     arguments = (*subject.arguments, scratch)
-    limit_s = film_limit_s(subject.frames)
+    limit_s = film_limit_s(subject.count_frames())
     return Job(subject, "film", subject.remake, arguments, limit_s)
 
 

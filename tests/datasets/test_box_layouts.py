@@ -123,6 +123,15 @@ def test_otb_refuses_a_name_that_its_readers_would_skip(
         Otb().write(staged, "poles-0001", tmp_path)
 
 
+def test_otb_refuses_frames_that_its_readers_would_misorder(
+    staged: Sequence, tmp_path: Path
+) -> None:
+    long = replace(staged, frames=[staged.frames[0]] * 10_000)
+    with pytest.raises(DatasetError, match=r"at most 9999 frames.* got 10000 in stag"):
+        Otb().write(long, "Car1", tmp_path)
+    assert not any(tmp_path.iterdir())
+
+
 def test_mot17_rows_count_from_one_and_tell_the_visible_share(
     staged: Sequence, tmp_path: Path
 ) -> None:

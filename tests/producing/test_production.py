@@ -19,8 +19,8 @@ from simbench.errors import DatasetError
 from simbench.generation import generate
 from simbench.producing.dataset_record import Entries, read_record
 from simbench.producing.one_sequence import ENTRIES
-from simbench.producing.production import Outcome, produce_dataset
-from simbench.producing.store import FolderStore
+from simbench.producing.production import Outcome, _scratch, produce_dataset
+from simbench.producing.store import FolderStore, open_store
 from simbench.producing.wanted import Batch, Wanted, spread
 from simbench.scenarios.recipe import Recipe
 from tests.blind_scenario import blind_smoke
@@ -143,7 +143,12 @@ def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
     first = [small_recipe("longer", frames=3), small_recipe("same")]
     assert produced(Wanted(spread(first, 2)), out) == Outcome(2, 0, {})
     then = [small_recipe("longer"), small_recipe("same"), small_recipe("new")]
-    assert produced(Wanted(spread(then, 3)), out) == Outcome(2, 1, {})
+    with pytest.raises(DatasetError, match="longer-0000 was made from another"):
+        produced(Wanted(spread(then, 3)), out)
+    outcome = produce_dataset(
+        Wanted(spread(then, 3)), str(out), command="then", replace=True
+    )
+    assert outcome == Outcome(made=2, kept=1, lost={}, again=1)
     names = ["longer-0000", "new-0000", "same-0000"]
     assert (out / "list.txt").read_text().split() == names
     assert len(read_sequence(out / "longer-0000")) == 2
@@ -152,6 +157,7 @@ def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
     there = {path for path in content(out) if not path.startswith(ENTRIES)}
     assert there == told | {"list.txt", "CARD.md", "card.json"}
     assert len(read_record(FolderStore(out))["productions"]) == 2
+    assert "```sh\nas typed\nthen\n```" in (out / "CARD.md").read_text()
 
 
 @pytest.mark.gl
@@ -233,6 +239,13 @@ def test_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="found other files"):
         produced(Wanted(spread([small_recipe()], 1)), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_productions_in_memory_have_temporary_files_of_their_own() -> None:
+    folders = {_scratch(open_store("memory://out")) for _ in range(2)}
+    for folder in folders:
+        folder.rmdir()
+    assert len(folders) == 2
 
 
 def test_memory_is_refused_to_a_cluster() -> None:

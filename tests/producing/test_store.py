@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,12 +18,13 @@ from simbench.producing.store import FolderStore, Store, open_store
 from simbench.producing.url_store import UrlStore
 
 
-@pytest.fixture(params=["folder", "url", "memory"])
+@pytest.fixture(params=["folder", "url", "memory", "pattern"])
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     places = {
         "folder": str(tmp_path / "out"),
         "url": f"dir://out::file://{tmp_path}",
         "memory": "memory://out/films",
+        "pattern": "memory://out/[films]*",  # which a driver may take for many names
     }
     yield places[request.param]
     memory = fsspec.filesystem("memory")
@@ -70,6 +72,13 @@ def test_removed_files_are_gone_and_missing_ones_no_fault(
     assert store.names("a") == []
 
 
+def test_removed_folder_goes_with_all_in_it(store: Store, tmp_path: Path) -> None:
+    for path in ("a/b/1", "a/b/c/2", "a/3"):
+        store.take({path: _file(tmp_path, "x")})
+    store.remove(["a/b", "a/nowhere"])
+    assert store.names("a") == ["3"]
+
+
 def test_folder_that_is_not_there_holds_nothing(store: Store) -> None:
     assert store.names("nowhere") == []
 
@@ -108,16 +117,32 @@ def test_production_that_lost_its_url_to_another_stops(
 ) -> None:
     url = f"dir://out::file://{tmp_path}"
     mine, other = UrlStore(url), UrlStore(url)
-    monkeypatch.setattr(url_store, "_RENEW_S", 0.0)
+    monkeypatch.setattr(url_store, "_RENEW_S", 0.05)
     lost = mine.claimed()
     lost.__enter__()
     mine.still_ours()
     monkeypatch.setattr(url_store, "_LEASE_S", 0.0)  # as after a long silence
     with other.claimed():
+        limit = time.monotonic() + 10
         with pytest.raises(DatasetError, match="another run is writing here"):
-            mine.still_ours()
+            while time.monotonic() < limit:
+                mine.still_ours()
+                time.sleep(0.01)
         lost.__exit__(None, None, None)
         other.still_ours()
+
+
+def test_claim_is_renewed_whatever_the_production_is_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"dir://out::file://{tmp_path}"
+    lease = tmp_path / "out" / "production.lock"
+    monkeypatch.setattr(url_store, "_RENEW_S", 0.01)
+    with UrlStore(url).claimed():
+        first, limit = lease.read_text(), time.monotonic() + 10
+        while lease.read_text() in (first, ""):  # in a busy loop that asks for nothing
+            assert time.monotonic() < limit
+    assert not lease.exists()
 
 
 def test_file_of_another_disk_is_copied_whole(
@@ -145,6 +170,9 @@ def test_file_of_another_disk_is_copied_whole(
     [
         pytest.param("nosuch://a/b", "Protocol not known", id="protocol"),
         pytest.param("sftp://host/a", "needs a driver", id="driver not installed"),
+        pytest.param("://", "wanted a folder, or a URL", id="no scheme"),
+        pytest.param("::", "wanted a folder, or a URL", id="no links"),
+        pytest.param("simplecache::", "wanted a folder, or a URL", id="half a chain"),
         pytest.param("/proc/nowhere", "/proc/nowhere", id="folder that cannot be"),
     ],
 )
@@ -153,6 +181,44 @@ def test_place_that_cannot_be_used_is_one_line(place: str, words: str) -> None:
         with open_store(place).claimed():
             pass
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("folder", "file"),
+    [
+        pytest.param("memory://file", "memory://file/films", id="memory"),
+        pytest.param("dir://out::file://{}", "dir://out/films::file://{}", id="url"),
+    ],
+)
+def test_url_of_a_file_is_no_empty_folder(
+    tmp_path: Path, folder: str, file: str
+) -> None:
+    open_store(folder.format(tmp_path)).take({"films": _file(tmp_path, "x")})
+    with pytest.raises(DatasetError, match="is a file, wanted a folder"):
+        open_store(file.format(tmp_path)).names("")
+
+
+def test_files_are_on_the_disk_before_their_names_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    plain_fsync, plain_replace = os.fsync, Path.replace
+
+    def fsync(handle: int) -> None:
+        plain_fsync(handle)
+        path = Path(f"/proc/self/fd/{handle}").readlink()
+        done.append(f"flushed {path.relative_to(tmp_path)}")
+
+    def replace(path: Path, target: Path) -> Path:
+        done.append(f"named {target.relative_to(tmp_path)}")
+        return plain_replace(path, target)
+
+    local = _file(tmp_path, "x")
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(Path, "replace", replace)
+    FolderStore(tmp_path / "out").take({"a/b": local})
+    assert done[:2] == ["flushed local", "named out/a/b"]
+    assert sorted(done[2:]) == ["flushed out", "flushed out/a"]
 
 
 def test_file_url_is_a_folder(tmp_path: Path) -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -10,8 +13,11 @@ from hypothesis import strategies as st
 
 from simbench.errors import SimbenchError
 from simbench.producing.wanted import Batch, Wanted, spread
+from simbench.scenarios.recipe import Recipe
+from simbench.scenarios.sumo_config import placed
 from tests.producing.small_recipe import small_recipe
 
+CROSSING = Path(__file__).parents[1] / "scenarios" / "crossing"
 ONE, TWO, THREE = (small_recipe(name) for name in ("one", "two", "three"))
 
 
@@ -56,6 +62,41 @@ def test_key_follows_all_that_makes_a_sequence() -> None:
         )
     ]
     assert max(Counter(keys).values()) == 1
+
+
+def _key_on(road: dict[str, Any]) -> str:
+    content = dict(ONE.content) | {"road": road}
+    return next(iter(Wanted(spread([Recipe(content, "one.yaml")], 1)))).key
+
+
+@pytest.mark.parametrize(
+    "road",
+    [
+        pytest.param({"sumo": "crossing.sumocfg"}, id="configuration"),
+        pytest.param(
+            {"sumo": "crossing.net.xml", "routes": "crossing.rou.xml"}, id="network"
+        ),
+        pytest.param(
+            {"choice": [{"sumo": {"choice": ["crossing.sumocfg"]}, "begin_s": 3}]},
+            id="drawn",
+        ),
+    ],
+)
+def test_key_follows_what_files_hold_and_not_where_they_lie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, road: dict[str, Any]
+) -> None:
+    keys = []
+    for place in ("here", "there"):
+        shutil.copytree(CROSSING, tmp_path / place)
+        monkeypatch.chdir(tmp_path / place)
+        keys.append(_key_on(placed(road, tmp_path / place)))
+    assert keys[0] == keys[1]
+    routes = Path("crossing.rou.xml")
+    routes.write_text(routes.read_text() + "<!-- otherwise -->")
+    changed = _key_on(placed(road, tmp_path / "there"))
+    assert changed != keys[1]
+    shutil.rmtree(tmp_path / "there")  # a mistake of the scenario's, told when drawn
+    assert _key_on(placed(road, tmp_path / "there")) != changed
 
 
 def test_key_is_the_same_whatever_else_is_asked() -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
+
+from distributed import KilledWorker
 
 from simbench.running.workers import Report
 
@@ -14,3 +17,8 @@ def begin_then_write(seconds: float, begun: Path, late: Path, report: Report) ->
     begun.write_text(f"{os.getpid()} {os.getppid()}")
     time.sleep(seconds)
     late.write_text("still here")
+
+
+def be_given_up() -> None:
+    """Fail as Dask fails a job that one worker after the other was lost with."""
+    raise KilledWorker("job", SimpleNamespace(address="tcp://gone:1"), 3)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from distributed import Client
 
 from simbench.errors import SimbenchError
 from simbench.producing.production import produce_dataset
@@ -151,9 +152,29 @@ def test_workers_of_another_version_are_one_line(
     address: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(clusters, "versions", lambda: {"numpy": "99.0"})
-    with pytest.raises(ClusterError, match=r"worker tcp://.*numpy.*, here 99\.0"):
+    with pytest.raises(
+        ClusterError, match=r"worker tcp://.*numpy is \d.*, here 99\.0$"
+    ):
         with Cluster(address):
             pass
+
+
+def test_worker_of_another_version_that_joins_late_costs_no_job(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Cluster(address) as crew:
+        monkeypatch.setattr(clusters, "versions", lambda: {"numpy": "99.0"})
+        crew.start(job(misbehaving.answer, 7))
+        with pytest.raises(ClusterError, match=r"its numpy is \d.*, here 99\.0$"):
+            outcome(crew)
+
+
+def test_job_that_its_workers_were_lost_with_is_lost(address: str) -> None:
+    with Client(address, set_as_default=False) as client:
+        future = client.submit(cluster_jobs.be_given_up)
+        future.exception()  # waits for it
+        lost = "lost", "the workers that tried it were lost"
+        assert clusters._ending(future) == lost
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,10 @@ from simbench.provenance import (
     truth_digests,
 )
 from simbench.sequence import Sequence
+from simbench.trajectories import LaneChange
+from simbench.verifying.folder_likeness import folder_differences
 from simbench.verifying.likeness import Finding, differences
-from simbench.verifying.verification import find_subjects, spread, verify
+from simbench.verifying.verification import chosen_evenly, find_subjects, verify
 
 
 def recorded(sequence: Sequence) -> Sequence:
@@ -123,6 +125,30 @@ def test_a_vehicle_that_drove_elsewhere_is_a_difference_of_the_trajectories(
     assert second.part == "truth"
 
 
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        pytest.param(
+            {"lane_changes": (LaneChange("other", 0.0, 0.3, 1, 0),)},
+            "trajectories differ: other lane changes",
+            id="an invented lane change",
+        ),
+        pytest.param(
+            {"frames": [Frame(np.zeros((24, 32, 3), np.uint8), 0.5, 0)] * 8},
+            "trajectories differ from frame 0 on: time in s up to 0.5",
+            id="other times",
+        ),
+    ],
+)
+def test_motion_that_no_digest_holds_is_compared_and_said_to_be_changed(
+    tiny: Sequence, parts: dict[str, Any], said: str
+) -> None:
+    first, *_ = differences(
+        dataclasses.replace(recorded(tiny), **parts), recorded(tiny)
+    )
+    assert str(first) == f"{said} (the files were changed after they were made)"
+
+
 def test_without_digests_the_content_is_compared(tiny: Sequence) -> None:
     old = dataclasses.replace(tiny, digests={})
     assert differences(old, recorded(tiny)) == []
@@ -148,8 +174,8 @@ def test_a_channel_that_differs_is_named_with_its_frame(tiny: Sequence) -> None:
 
 
 def test_a_sample_is_spread_evenly() -> None:
-    assert spread(range(9), 3) == [0, 4, 8]
-    assert spread(range(9), 20) == spread(range(9), None) == range(9)
+    assert chosen_evenly(range(9), 3) == [0, 4, 8]
+    assert chosen_evenly(range(9), 20) == chosen_evenly(range(9), None) == range(9)
 
 
 def test_a_run_folder_leads_to_the_sequences_it_keeps(
@@ -160,7 +186,7 @@ def test_a_run_folder_leads_to_the_sequences_it_keeps(
         find_subjects(str(tmp_path))
     write_sequence(tmp_path / "sequences" / "tiny-0000-abc", tiny)
     (found,), total = find_subjects(str(tmp_path))
-    assert (found.name, found.frames, total) == ("tiny-0000-abc", 8, 1)
+    assert (found.name, found.count_frames(), total) == ("tiny-0000-abc", 8, 1)
 
 
 def test_a_sample_of_a_folder_still_tells_how_many_there_are(
@@ -204,6 +230,7 @@ _CHANGES: dict[str, Callable[[Path], None]] = {
     "cut": _drop_frame,
     "elsewhere": _record(made_with={"opengl": "Mesa 1.0"}),
     "foreign": _record(scenario={"name": "x", "title": "x", "tests": "x"}),
+    "extra": _record(redraws=77),
     "old": _record(digests={}, made_with={}),
     "whole": lambda _: None,
 }
@@ -221,6 +248,79 @@ def data_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copytree(place / "whole", place / name)
         change(place / name)
     return place
+
+
+def _double_achieved(folder: Path) -> None:
+    path = folder / "sequence.json"
+    facts = json.loads(path.read_text())
+    facts["achieved"] = {k: 2 * (v or 1) for k, v in facts["achieved"].items()}
+    path.write_text(json.dumps(facts))
+
+
+def _drop_channels(folder: Path) -> None:
+    path = folder / "sequence.json"
+    facts = json.loads(path.read_text())
+    del facts["channels"]
+    path.write_text(json.dumps(facts))
+
+
+def _add_frame(folder: Path) -> None:
+    shutil.copy(folder / "frames" / "000000.png", folder / "frames" / "000008.png")
+
+
+def _add_array(folder: Path) -> None:
+    with np.load(folder / "truth.npz") as stored:
+        arrays = dict(stored)
+    np.savez(folder / "truth.npz", **arrays, extra=np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        pytest.param(_record(made_with={"opengl": "Mesa 1"}), "", id="what made it"),
+        pytest.param(
+            _double_achieved,
+            "description differs: achieved.target_px: 16.0 kept, 8.0 made",
+            id="achieved dials",
+        ),
+        pytest.param(
+            _record(redraws=77),
+            "description differs: redraws: 77 kept, 1 made",
+            id="redraws",
+        ),
+        pytest.param(
+            _record(name="x"), 'description differs: name: "x" kept,', id="name"
+        ),
+        pytest.param(
+            _record(digest="x"), 'description differs: digest: "x" kept,', id="digest"
+        ),
+        pytest.param(
+            _drop_channels,
+            "description differs: channels: nothing kept, [] made",
+            id="channels",
+        ),
+        pytest.param(
+            _add_frame,
+            "files differ: of no part of the sequence: frames/000008.png",
+            id="a frame too many",
+        ),
+        pytest.param(
+            _add_array,
+            "arrays differ: in truth.npz, in one only: extra",
+            id="an array too many",
+        ),
+    ],
+)
+def test_what_has_no_digest_is_compared_too(
+    tiny: Sequence, tmp_path: Path, change: Callable[[Path], None], said: str
+) -> None:
+    tiny = dataclasses.replace(tiny, achieved={"target_px": 8.0})
+    for name in ("kept", "made"):
+        write_sequence(tmp_path / name, tiny)
+    change(tmp_path / "kept")
+    found = folder_differences(tmp_path / "kept", tmp_path / "made")
+    words = "; ".join(map(str, found))
+    assert words.startswith(said) and bool(words) == bool(said)
 
 
 @pytest.fixture(scope="module")
@@ -253,6 +353,11 @@ class TestMadeAgain:
                 "of pixels (1 of 3 frames) (the files were changed after they were "
                 "made)",
                 id="a pixel changed on disk",
+            ),
+            pytest.param(
+                "extra",
+                "extra: description differs: redraws: 77 kept, 0 made",
+                id="a word of the description",
             ),
             pytest.param("cut", "000002.png: missing", id="a frame is missing"),
             pytest.param("bare", "it was not made here", id="no scenario"),
@@ -299,4 +404,5 @@ class TestMadeAgain:
             "of pixels (1 of 2 frames) (the files were changed after they were made); "
             "files differ: val/smoke-0001/groundtruth.txt (the files"
         ) in said
+        assert "index and list of files: identical" in said
         assert "2 verified: 1 identical" in said
