@@ -93,8 +93,8 @@ def card(
         From `summary_of`; taken one by one.
     facts : mapping
         What the sequences do not know. All are optional: ``name`` of the data set,
-        ``command`` that made it (several: one a line), ``format`` of its files, ``licence``. Whatever else
-        is there stands in the JSON as it is.
+        ``command`` that made it (several: one a line), ``format`` of its files,
+        ``licence``. Whatever else is there stands in the JSON as it is.
 
     Returns
     -------
