@@ -125,5 +125,5 @@ def _require_plain_view(scenario: Scenario, recorder: TruthRecorder) -> None:
         raise (TargetHiddenError if is_traffic else RenderError)(
             f"{scenario.name}: a {occluder} hides the target in the first frame, where "
             f"trackers are started: wanted a visible fraction of {_PLAIN_VIEW:g} or "
-            f"more, found {fraction:.2f}"
+            f"more, found {fraction:.3f}"
         )

@@ -88,7 +88,7 @@ def network_setting(
         parts += _edge(group, [lanes[lane.name] for lane in group], ends_at)
     roads = np.concatenate([dotted(shape) for shape in lanes.values()])
     parts.append(_grass(roads, seen.mean(axis=0), wanted.season))
-    standing = lamps_along(edges, lanes, wanted)
+    standing = lamps_along(edges, lanes, roads, wanted)
     green = {
         name: group
         for name, group in edges.items()

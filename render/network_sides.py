@@ -36,19 +36,25 @@ def _spots(shape: Shape, spacing_m: float) -> list[tuple[NDArray[np.float64], fl
 
 
 def lamps_along(
-    edges: dict[str, list[Lane]], lanes: dict[str, Shape], wanted: Surroundings
+    edges: dict[str, list[Lane]],
+    lanes: dict[str, Shape],
+    roads: Shape,
+    wanted: Surroundings,
 ) -> list[tuple[str, Mesh]]:
-    """Set lamps on the right of the roads."""
+    """Set lamps on the right of the roads, but not on a road that joins them."""
     parts: list[tuple[str, Mesh]] = []
     if wanted.lamp_spacing_m is None:
         return parts
+    near = cKDTree(roads[:, :2])
     for group in edges.values():
         lane = group[0]
         if lane.kind == "inside":
             continue
+        clear = lane.width / 2.0 + 1.0
         kerb = offset(lanes[lane.name], -lane.width / 2.0 - 2.5)
         for place, heading in _spots(kerb, wanted.lamp_spacing_m):
-            parts.append(("lamp", lamp_post().moved(place, heading)))
+            if near.query(place[:2])[0] > clear:
+                parts.append(("lamp", lamp_post().moved(place, heading)))
     return parts
 
 

@@ -18,7 +18,6 @@ __all__ = ["draw_truth", "write_picture"]
 
 _TARGET = (255, 64, 32)
 _OTHERS = (64, 200, 255)
-_TINT = 0.35
 
 
 def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None:
@@ -51,7 +50,7 @@ def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None
 
 
 def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np.uint8]:
-    """Return a picture with masks tinted and boxes drawn.
+    """Return a picture with the rims of masks and the boxes drawn.
 
     Parameters
     ----------
@@ -63,20 +62,26 @@ def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np
     Returns
     -------
     (H, W, 3) uint8, RGB
-        The target's amodal box is red; masks and visible boxes of all vehicles are
-        blue.
+        The target's amodal box is red; rims of masks and visible boxes of all vehicles
+        are blue. What is inside keeps its colours.
     """
     picture = image.copy()
     vehicles = truth.vehicles
     if vehicles is not None:
         for mask in vehicles.masks[frame].values() if vehicles.masks else ():
-            where = mask.to_array()
-            tinted = picture[where] * (1.0 - _TINT) + np.array(_OTHERS) * _TINT
-            picture[where] = tinted.astype(np.uint8)
+            picture[_rim(mask.to_array())] = _OTHERS
         for box in vehicles.visible_boxes[frame]:
             _draw(picture, box, _OTHERS)
     _draw(picture, truth.boxes[frame], _TARGET)
     return picture
+
+
+def _rim(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the outermost pixels of a mask."""
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    inner = cv2.erode(mask.astype(np.uint8), cross, borderValue=1)
+    rim: NDArray[np.bool_] = mask & (inner == 0)
+    return rim
 
 
 def _draw(

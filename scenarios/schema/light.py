@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from simbench.scenarios.schema.strict import Strict
 
@@ -36,3 +36,16 @@ class Light(Strict):
         le=20,
         description="All light of the scene, times this, before the exposure.",
     )
+
+    @model_validator(mode="after")
+    def _weather_is_there(self) -> Self:
+        """Refuse to be told how thick a fog is that is not there."""
+        for key, weather in (("fog_visibility_m", "fog"), ("rain_mm_per_h", "rain")):
+            told = getattr(self, key)
+            is_told = told != type(self).model_fields[key].default
+            if is_told and self.weather != weather:
+                raise ValueError(
+                    f"{key} belongs to weather: {weather}; weather is {self.weather}, "
+                    f"{key} is {told:g}"
+                )
+        return self

@@ -146,12 +146,13 @@ def show(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sequence.")] = 0,
     frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,
 ) -> None:
-    """Film a scenario's first frame, draw the truth into it, and write a PNG."""
+    """Film a scenario up to one frame, draw the truth into it, and write a PNG."""
+    from simbench.running.request import full_name, path_safe
     from simbench.scenarios.recipe import load_recipe
     from simbench.showing import write_picture
 
     scenario = load_recipe(name).scenario(seed)
-    path = out or Path(f"{scenario.name}.png")
+    path = out or Path(f"{path_safe(full_name(scenario))}.png")
     with interruptible("nothing was written"):
         write_picture(scenario, seed, frame, path)
     Console().print(str(path), highlight=False, soft_wrap=True)

@@ -57,6 +57,8 @@ def verify(
     if whole is not None:
         _print(console, whole)
     _conclude(console, findings, total)
+    if whole is not None and not whole.is_same:
+        console.print(f"{whole.name}: not as made", style="red", highlight=False)
     found = [*findings, *([] if whole is None else [whole])]
     raise typer.Exit(0 if all(finding.is_same for finding in found) else 1)
 

@@ -18,9 +18,9 @@ __all__ = ["Axis", "Sweep", "is_harder_upwards", "is_off", "parse_axis"]
 MOST_DIALS: Final = 2
 MOST_VALUES: Final = 1000
 
-_NUMBER: Final = r"-?(?:\d+\.?\d*|\.\d+)"
+_NUMBER: Final = r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?"
 _RANGE: Final = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})")
-_WANTED: Final = "wanted DIAL=FIRST:LAST:STEP or DIAL=VALUE,VALUE,..."
+_WANTED: Final = "wanted DIAL=FIRST:LAST:STEP or DIAL=VALUE,VALUE,..., all numbers"
 _ROUND_OFF: Final = 1e-9
 _EASIER_UPWARDS: Final = {
     "target_px",

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from simbench.sweeping.axes import is_harder_upwards
 from simbench.sweeping.swept import Swept
 
 __all__ = ["breaking_table", "breaking_words", "notes", "point_table"]
@@ -61,7 +62,7 @@ def breaking_words(row: Any) -> str:
     --------
     >>> from types import SimpleNamespace
     >>> row = dict(state="within", value=0.43, low=0.38, high=float("inf"))
-    >>> row |= dict(range_low=0.0, range_high=1.0, seeds=3)
+    >>> row |= dict(range_low=0.0, range_high=1.0, seeds=3, dial="occlusion.hidden")
     >>> breaking_words(SimpleNamespace(**row))
     '0.43 (0.38 to above 1)'
     """
@@ -71,12 +72,13 @@ def breaking_words(row: Any) -> str:
     around = "" if math.isnan(row.low) else f" ({low} to {high})"
     if row.state == "within":
         return f"{_dial(row.value)}{around}"
+    # what stays above one half breaks farther on, whichever way that is
+    is_up = (row.state == "beyond") == is_harder_upwards(row.dial)
+    where = "beyond" if is_up else "below"
     side = "above" if row.state == "beyond" else "under"
     over = f"{least} to {most}"
     known = math.isfinite(row.low) or math.isfinite(row.high)
-    return (
-        f"{row.state} the range: {side} one half from {over}{around if known else ''}"
-    )
+    return f"{where} the range: {side} one half from {over}{around if known else ''}"
 
 
 def notes(swept: Swept) -> list[str]:

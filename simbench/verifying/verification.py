@@ -106,7 +106,8 @@ def _sequence_folders(path: Path) -> list[Path]:
     try:
         found = sorted(filter(_looks_like_one, parent.iterdir()))
     except OSError as error:
-        why = "it keeps no sequences" if is_run else error.strerror
+        why = "it keeps no sequences (simbench run --keep-sequences does)"
+        why = why if is_run else error.strerror or "unreadable"
         raise DatasetError(f"{path}: nothing to verify: {why}") from None
     if not found:
         raise DatasetError(

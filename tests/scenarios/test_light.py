@@ -24,6 +24,8 @@ def test_by_default_it_is_a_clear_day() -> None:
         pytest.param({"weather": "snow"}, id="weather"),
         pytest.param({"fog_visibility_m": 1}, id="visibility"),
         pytest.param({"rain_mm_per_h": 0}, id="rain"),
+        pytest.param({"rain_mm_per_h": 30}, id="rain on a clear day"),
+        pytest.param({"fog_visibility_m": 50, "weather": "rain"}, id="fog in rain"),
         pytest.param({"illumination": 0}, id="illumination"),
     ],
 )

@@ -21,6 +21,7 @@ from simbench.sweeping.axes import Axis, Sweep, is_off, parse_axis
         pytest.param("noise = 0.3, .1", (0.1, 0.3), id="list, in ascending order"),
         pytest.param("noise=-1:1:1", (-1, 0, 1), id="from below zero"),
         pytest.param("noise=5:100:95", (5, 100), id="one step"),
+        pytest.param("noise=1e-2,1E-1", (0.01, 0.1), id="exponents"),
     ],
 )
 def test_values_of_a_dial_are_read(text: str, values: tuple[float, ...]) -> None:
@@ -47,7 +48,8 @@ def test_tenths_carry_no_float_noise(last: int) -> None:
         pytest.param("noise=1:0:0.5", "go up by a step", id="downwards"),
         pytest.param("noise=0.1,0.10", "values must differ", id="twice"),
         pytest.param("noise=0.1", "2 to 1000 values, got 1", id="one value"),
-        pytest.param("noise=0:1e9:1", "wanted DIAL=", id="exponent"),
+        pytest.param("noise=0:1e9:1", "got 1000000001", id="a milliard"),
+        pytest.param("noise=0:1e999:1", "wanted DIAL=", id="no number of this world"),
         pytest.param("noise=0:99999999999:0.001", "2 to 1000 values", id="endless"),
     ],
 )

@@ -201,7 +201,22 @@ def test_breaking_table_names_the_dial_and_the_other(swept: Swept) -> None:
 def test_breaking_point_in_words(
     state: str, ends: tuple[float, float], words: str
 ) -> None:
-    row = SimpleNamespace(
-        state=state, value=0.45, low=ends[0], high=ends[1], range_low=0, range_high=1
-    )
-    assert breaking_words(row) == words
+    assert breaking_words(_broken(state, *ends, dial="noise")) == words
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ("beyond", "below the range: above one half from 0 to 1"),
+        ("below", "beyond the range: under one half from 0 to 1"),
+    ],
+)
+def test_a_dial_that_is_harder_downwards_is_left_on_its_other_side(
+    state: str, words: str
+) -> None:
+    assert breaking_words(_broken(state, np.nan, np.nan, dial="contrast")) == words
+
+
+def _broken(state: str, low: float, high: float, dial: str) -> SimpleNamespace:
+    ends = {"low": low, "high": high, "range_low": 0, "range_high": 1}
+    return SimpleNamespace(state=state, value=0.45, dial=dial, **ends)
