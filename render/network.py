@@ -87,14 +87,15 @@ def network_setting(
         ends_at = network.ends_at.get(name, "")
         parts += _edge(group, [lanes[lane.name] for lane in group], ends_at)
     roads = np.concatenate([dotted(shape) for shape in lanes.values()])
-    parts.append(_grass(roads, seen.mean(axis=0), wanted.season))
-    standing = lamps_along(edges, lanes, roads, wanted)
+    near = cKDTree(roads[:, :2])
+    parts.append(_grass(roads, near, seen.mean(axis=0), wanted.season))
+    standing = lamps_along(edges, lanes, near, wanted)
     green = {
         name: group
         for name, group in edges.items()
         if is_near(lanes[group[0].name], _GROWN_M)
     }
-    standing += trees_along(green, lanes, roads, wanted, eyes, way, rng)
+    standing += trees_along(green, lanes, near, wanted, eyes, way, rng)
     return Setting(merge(parts), standing, seen.mean(axis=0), SHADOW_RADIUS_M)
 
 
@@ -201,7 +202,9 @@ def _stop_line(lane: Lane, shape: Shape) -> Mesh:
     return _ribbon(line, -half, half, _MARK, _MARK_UP_M)
 
 
-def _grass(roads: Shape, middle: NDArray[np.float64], season: str) -> Mesh:
+def _grass(
+    roads: Shape, near: cKDTree, middle: NDArray[np.float64], season: str
+) -> Mesh:
     """Lay fields below the roads: flat, or following them where they rise."""
     low, high = middle[:2] - _FIELD_M, middle[:2] + _FIELD_M
     level = float(roads[:, 2].min()) - _GRASS_DOWN_M
@@ -223,8 +226,8 @@ def _grass(roads: Shape, middle: NDArray[np.float64], season: str) -> Mesh:
         )
         spots = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1).reshape(-1, 2)
         # The lowest of the roads near by: a bridge does not drag the meadow up.
-        near = cKDTree(roads[:, :2]).query(spots, k=12)[1]
-        height = roads[near, 2].min(axis=1).reshape(len(xs), len(ys)) - 0.4
+        beside = near.query(spots, k=12)[1]
+        height = roads[beside, 2].min(axis=1).reshape(len(xs), len(ys)) - 0.4
     x, y = np.meshgrid(xs, ys, indexing="ij")
     nodes = np.stack([x, y, height], axis=-1)
     a, b, c, d = nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]

@@ -38,14 +38,16 @@ def _spots(shape: Shape, spacing_m: float) -> list[tuple[NDArray[np.float64], fl
 def lamps_along(
     edges: dict[str, list[Lane]],
     lanes: dict[str, Shape],
-    roads: Shape,
+    near: cKDTree,
     wanted: Surroundings,
 ) -> list[tuple[str, Mesh]]:
-    """Set lamps on the right of the roads, but not on a road that joins them."""
+    """Set lamps on the right of the roads, but not on a road that joins them.
+
+    ``near`` finds the nearest of all roads, here as for `trees_along`.
+    """
     parts: list[tuple[str, Mesh]] = []
     if wanted.lamp_spacing_m is None:
         return parts
-    near = cKDTree(roads[:, :2])
     for group in edges.values():
         lane = group[0]
         if lane.kind == "inside":
@@ -61,7 +63,7 @@ def lamps_along(
 def trees_along(
     edges: dict[str, list[Lane]],
     lanes: dict[str, Shape],
-    roads: Shape,
+    near: cKDTree,
     wanted: Surroundings,
     eyes: NDArray[np.float64],
     way: NDArray[np.float64],
@@ -71,7 +73,6 @@ def trees_along(
     parts: list[tuple[str, Mesh]] = []
     if wanted.tree_spacing_m is None:
         return parts
-    near = cKDTree(roads[:, :2])
     clear = max(6.0, 0.7 * wanted.tree_lateral_m)
     root = int(rng.integers(2**63))
     for group in edges.values():

@@ -8,7 +8,7 @@ import json
 import os
 import xml.etree.ElementTree as ET
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -125,7 +125,7 @@ def read_files(path: Path, routes: Path | None) -> SumoFiles:
     return SumoFiles(path.parent, options, digest.hexdigest())
 
 
-def placed(told: Any, folder: Path, *, is_path: bool = False) -> Any:
+def placed(told: Any, folder: Path) -> Any:
     """Return what a scenario file says of its road, with absolute paths.
 
     Parameters
@@ -135,38 +135,31 @@ def placed(told: Any, folder: Path, *, is_path: bool = False) -> Any:
         if they are paths and not ``library:NAME``.
     folder : Path
         To which the paths are relative.
-    is_path : bool
-        Whether texts in ``told`` are paths, whatever their keys.
 
     Raises
     ------
     ValueError
         In one line, if a text can be no path.
     """
-    if isinstance(told, dict):
-        return {
-            key: placed(one, folder, is_path=is_path or key in _PATHS)
-            for key, one in told.items()
-        }
-    if isinstance(told, list):
-        return [placed(one, folder, is_path=is_path) for one in told]
-    if not is_path or not isinstance(told, str) or told.startswith(_LIBRARY):
-        return told
-    try:
-        return str((folder / Path(told).expanduser()).resolve())
-    except (OSError, RuntimeError, ValueError) as error:
-        raise ValueError(f"{told!r} can be no path: {error}") from None
+
+    def absolute(path: str) -> str:
+        if path.startswith(_LIBRARY):
+            return path
+        try:
+            return str((folder / Path(path).expanduser()).resolve())
+        except (OSError, RuntimeError, ValueError) as error:
+            raise ValueError(f"{path!r} can be no path: {error}") from None
+
+    return _with_paths(told, absolute)
 
 
-def by_content(road: Any, *, is_file: bool = False) -> Any:
+def by_content(told: Any) -> Any:
     """Return what a scenario file says of its road, draws and all, without paths.
 
     Parameters
     ----------
-    road : object
+    told : object
         As in the file: mappings, lists and plain values.
-    is_file : bool
-        Whether the texts in it are paths.
 
     Returns
     -------
@@ -174,22 +167,31 @@ def by_content(road: Any, *, is_file: bool = False) -> Any:
         The same with, in place of each path, the SHA-256 of what it leads to; the path
         itself where nothing can be read.
     """
-    if isinstance(road, Mapping):
+    return _with_paths(told, _digest_at)
+
+
+def _with_paths(
+    told: Any, change: Callable[[str], str], *, is_path: bool = False
+) -> Any:
+    """Return the same with every path in it changed: all texts below such a key."""
+    if isinstance(told, Mapping):
         return {
-            key: by_content(value, is_file=is_file or key in _PATHS)
-            for key, value in road.items()
+            key: _with_paths(one, change, is_path=is_path or key in _PATHS)
+            for key, one in told.items()
         }
-    if isinstance(road, list):
-        return [by_content(value, is_file=is_file) for value in road]
-    if not (is_file and isinstance(road, str)):
-        return road
-    path = located(road)
+    if isinstance(told, list):
+        return [_with_paths(one, change, is_path=is_path) for one in told]
+    return change(told) if is_path and isinstance(told, str) else told
+
+
+def _digest_at(path: str) -> str:
+    file = located(path)
     try:
-        if path.name.endswith(".sumocfg"):
-            return read_files(path, None).content
-        return hashlib.sha256(_content(path)).hexdigest()
+        if file.name.endswith(".sumocfg"):
+            return read_files(file, None).content
+        return hashlib.sha256(_content(file)).hexdigest()
     except ValueError:
-        return road
+        return path
 
 
 def located(path: str) -> Path:

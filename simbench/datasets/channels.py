@@ -26,6 +26,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.datasets.frame_folder import decoded_as_stored
 from simbench.errors import DatasetError
 
 __all__ = [
@@ -211,7 +212,8 @@ def _read(name: str, path: Path) -> NDArray[Any]:
         content = path.read_bytes()
     except OSError as error:
         raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
-    array = _decoded_flow(content) if name == "flow" else _decoded(content)
+    decoded = _decoded_flow if name == "flow" else decoded_as_stored
+    array = decoded(content)
     if array is None:
         raise DatasetError(f"{path}: not a readable {name} file")
     if name in ("occlusions", "invalid"):
@@ -228,9 +230,3 @@ def _decoded_flow(content: bytes) -> NDArray[Any] | None:
         return None
     values = np.frombuffer(content, "<f4", offset=12).reshape(height, width, 2)
     return np.where(np.abs(values) > _KNOWN_BELOW, np.float32(np.nan), values)
-
-
-def _decoded(content: bytes) -> NDArray[Any] | None:
-    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
-    encoded = np.frombuffer(content, np.uint8)
-    return cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections.abc
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 import cv2
 import numpy as np
@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from simbench.errors import DatasetError
 from simbench.frame import Frame
 
-__all__ = ["FrameFolder", "encoded_png", "frame_path", "write_frame"]
+__all__ = [
+    "FrameFolder",
+    "decoded_as_stored",
+    "decoded_picture",
+    "encoded_png",
+    "frame_path",
+    "write_frame",
+]
 
 # Sensor noise leaves PNG's match search little to find: Huffman codes alone are both
 # smaller (57 against 64 % of raw) and faster (31 against 43 ms at 720 x 480) than
@@ -134,15 +141,39 @@ def encoded_png(image: NDArray[np.uint8]) -> bytes:
     return encoded.tobytes()
 
 
-def _read_image(path: Path) -> NDArray[np.uint8]:
-    try:
-        encoded = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
-    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
-    found = cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB) if encoded.size else None
+def decoded_as_stored(content: bytes) -> NDArray[Any] | None:
+    """Return what the bytes of a picture hold, in its own type and channels (OpenCV's).
+
+    None where they are no picture.
+    """
+    return _decoded(content, cv2.IMREAD_UNCHANGED)
+
+
+def decoded_picture(content: bytes, path: Path | str) -> NDArray[np.uint8]:
+    """Return the bytes of a picture as (H, W, 3) uint8 RGB.
+
+    Raises
+    ------
+    DatasetError
+        Naming ``path``, if they are no picture.
+    """
+    found = _decoded(content, cv2.IMREAD_COLOR_RGB)
     if found is None:
         raise DatasetError(f"{path}: not a readable picture")
-    image: NDArray[np.uint8] = np.asarray(found, dtype=np.uint8)
+    return np.asarray(found, dtype=np.uint8)
+
+
+def _decoded(content: bytes, mode: int) -> NDArray[Any] | None:
+    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
+    encoded = np.frombuffer(content, dtype=np.uint8)
+    return cv2.imdecode(encoded, mode) if encoded.size else None
+
+
+def _read_image(path: Path) -> NDArray[np.uint8]:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
+    image = decoded_picture(content, path)
     image.flags.writeable = False
     return image

@@ -21,6 +21,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from simbench.datasets.frame_folder import decoded_as_stored
+
 __all__ = ["MADE_WITH", "gap", "is_same_content", "listed"]
 
 MADE_WITH: Final = "made_with"
@@ -128,14 +130,8 @@ def _shown(value: Any) -> str:
 
 
 def _is_same_picture(kept: bytes, made: bytes) -> bool:
-    old, new = (_decoded(content) for content in (kept, made))
+    old, new = (decoded_as_stored(content) for content in (kept, made))
     return old is not None and _is_same_array(old, new)
-
-
-def _decoded(content: bytes) -> NDArray[Any] | None:
-    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
-    encoded = np.frombuffer(content, np.uint8)
-    return cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
 
 
 def _is_same_table(kept: bytes, made: bytes) -> bool:

@@ -11,11 +11,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.errors import DatasetError
+from simbench.datasets.frame_folder import decoded_picture
 from simbench.producing.store import Store
 from simbench.provenance import PARTS
 from simbench.verifying.contents import MADE_WITH, gap, is_same_content, listed
@@ -116,17 +115,8 @@ def _picture_pairs(
     kept: _Kept, paths: list[str], root: Path
 ) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
     for path in paths:
-        new = _decoded((root / path).read_bytes(), path)
-        yield _decoded(kept.read(path), path), new
-
-
-def _decoded(content: bytes, path: str) -> NDArray[np.uint8]:
-    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
-    encoded = np.frombuffer(content, np.uint8)
-    found = cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB) if encoded.size else None
-    if found is None:
-        raise DatasetError(f"{path}: not a readable picture")
-    return np.asarray(found, np.uint8)
+        new = decoded_picture((root / path).read_bytes(), path)
+        yield decoded_picture(kept.read(path), path), new
 
 
 def _is_picture(path: Path) -> bool:
