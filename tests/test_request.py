@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from simbench.environment import versions
 from simbench.errors import SimbenchError
-from simbench.running import source
+from simbench.producing import wanted
+from simbench.running import code_digest as code_digest_module
+from simbench.running.code_digest import code_digest
 from simbench.running.folder import RunFolder
 from simbench.running.plan import plan
 from simbench.running.request import Request, parse_seeds, spec_text, track_seed
-from simbench.running.source import filming_code, module_code, tracking_code
 from simbench.running.suite import DEFAULT_SUITE, Suite
 from simbench.scenarios.loading import load_scenario
 from simbench.trackers.finding import find_tracker
@@ -120,23 +121,66 @@ def test_spec_text_finds_the_same_tracker_again(text: str) -> None:
     assert find_tracker(spec_text(tracker)) == tracker
 
 
-def test_code_of_filming_and_tracking_are_told_apart() -> None:
-    assert len(filming_code()) == len(tracking_code()) == 64
-    assert filming_code() != tracking_code()
+def test_code_of_different_modules_differs() -> None:
+    generation, tracking = code_of("simbench.generation"), code_of("simbench.tracking")
+    assert len(generation) == len(tracking) == 64
+    assert generation != tracking
 
 
-def test_code_of_a_tracker_changes_with_its_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.syspath_prepend(str(tmp_path))
-    own = tmp_path / "own_tracker.py"
+def test_code_of_a_module_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"simbench\.rendering\.film"):
+        code_of("simbench.rendering.film")
+
+
+def test_code_of_a_tracker_changes_with_its_file(own_code: Path) -> None:
+    own = own_code / "own_tracker.py"
     own.write_text("a = 1\n")
-    before = module_code("own_tracker")
-    module_code.cache_clear()
-    assert module_code("own_tracker") == before
+    before = code_of("own_tracker")
+    assert code_of("own_tracker") == before
     own.write_text("a = 2\n")
-    module_code.cache_clear()
-    assert module_code("own_tracker") != before
+    assert code_of("own_tracker") != before
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, *modules: str) -> set[str]:
+    """Return the names of the files that the digest of some modules is made of."""
+    seen: dict[str, Path] = {}
+
+    def digest(files: dict[str, Path]) -> str:
+        seen.update(code_digest_module._with_data(files))
+        return ""
+
+    monkeypatch.setattr(code_digest_module, "_digest", digest)
+    code_of(*modules)
+    code_digest.cache_clear()
+    return set(seen)
+
+
+def test_code_of_a_sequence_counts_simulator_process_and_shaders_but_no_report(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    names = counted(monkeypatch, "simbench.generation")
+    assert {
+        "simbench.scenarios.traffic",  # runs in a child process, by name
+        "simbench.render/shaders/scene.frag",
+        "simbench.box",
+    } <= names
+    assert not any("report" in name or "card" in name for name in names)
+
+
+def test_code_of_a_data_set_leaves_out_its_card(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    names = counted(monkeypatch, *wanted._CODE)
+    assert "simbench.datasets.mot17" in names
+    assert not any("card" in name for name in names)
+
+
+def test_code_of_a_tracker_leaves_out_the_other_trackers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    names = counted(monkeypatch, "simbench.trackers.directional")
+    assert "simbench.trackers.condensation" in names  # its base
+    assert "simbench.trackers.dsp" not in names
 
 
 @pytest.fixture
@@ -147,8 +191,8 @@ def own_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def code_of(*modules: str) -> str:
-    module_code.cache_clear()
-    return module_code(*modules)
+    code_digest.cache_clear()
+    return code_digest(*modules)
 
 
 def test_code_of_a_tracker_in_a_package_without_init_changes_with_its_files(
@@ -182,19 +226,15 @@ def test_code_of_a_tracker_changes_with_what_it_imports(
     assert len({first, second, code_of("one_file")}) == 3
 
 
-def test_code_of_our_own_trackers_is_that_of_tracking_alone() -> None:
-    assert code_of("simbench.trackers.condensation") == code_of()
-
-
 def test_code_of_a_tracker_counts_the_module_that_makes_it(own_code: Path) -> None:
     factory = "from simbench.trackers.still import Still\ndef make(): return Still()\n"
     (own_code / "still_factory.py").write_text(factory)
     folder, walk = RunFolder(own_code / "run"), find_tracker("still_factory:make")
     asked = Request((load_scenario("smoke"),), (walk,), (0,))
-    module_code.cache_clear()
+    code_digest.cache_clear()
     (before,) = plan(asked, folder)
     (own_code / "still_factory.py").write_text(f"{factory}a = 1\n")
-    module_code.cache_clear()
+    code_digest.cache_clear()
     (after,) = plan(asked, folder)
     assert before.sequence == after.sequence
     assert before.chases[0].part != after.chases[0].part
@@ -203,14 +243,11 @@ def test_code_of_a_tracker_counts_the_module_that_makes_it(own_code: Path) -> No
 def test_code_changes_with_the_version_of_what_it_stands_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    before = filming_code(), tracking_code()
+    before = code_of("simbench.tracking")
     newer = versions() | {"numpy": "99.0"}
-    monkeypatch.setattr(source, "versions", lambda: newer)
-    source._digest.cache_clear()
-    after = filming_code(), tracking_code()
-    source._digest.cache_clear()
-    assert before[0] != after[0]
-    assert before[1] != after[1]
+    monkeypatch.setattr(code_digest_module, "versions", lambda: newer)
+    assert code_of("simbench.tracking") != before
+    code_digest.cache_clear()
 
 
 def test_suite_comes_back_from_its_settings() -> None:

@@ -11,13 +11,19 @@ from itertools import zip_longest
 from simbench.datasets.channels import require_known
 from simbench.datasets.formats import find_format, sequence_name
 from simbench.errors import SimbenchError
+from simbench.running.code_digest import code_digest
 from simbench.running.request import digest_of
-from simbench.running.source import filming_code
 from simbench.scenarios.recipe import Recipe
 
 __all__ = ["Batch", "Wanted", "Wish", "spread"]
 
 _LONGEST = 80
+_CODE = (
+    "simbench.generation",
+    "simbench.datasets.formats",
+    "simbench.datasets.truth_tables",
+)
+"""What decides the files of a sequence; its data card can be written again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +124,7 @@ class Wanted:
 
     def _column(self, batch: Batch) -> Iterator[tuple[Recipe, str, int]]:
         how = [self.layout, self.split, self.channels]
-        maker = digest_of(filming_code(), batch.recipe.digest, how)
+        maker = digest_of(code_digest(*_CODE), batch.recipe.digest, how)
         for seed in batch.seeds:
             yield batch.recipe, maker, seed
 

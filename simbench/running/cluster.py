@@ -24,7 +24,7 @@ from simbench.environment import versions
 from simbench.errors import SimbenchError
 from simbench.one_line import one_line
 from simbench.running.bounds import environment
-from simbench.running.source import filming_code, tracking_code
+from simbench.running.code_digest import package_digest
 from simbench.running.workers import Crew, Event, Job, Workforce
 
 if TYPE_CHECKING:
@@ -223,8 +223,7 @@ async def _knock(address: str) -> None:
 
 def _portrait() -> dict[str, str]:
     """Return what decides the bytes that a process makes."""
-    code = f"{filming_code()[:8]}-{tracking_code()[:8]}"
-    return versions() | {"simbench code": code}
+    return versions() | {"simbench code": package_digest()[:16]}
 
 
 def _require_same(theirs: Mapping[str, str], ours: Mapping[str, str], who: str) -> None:

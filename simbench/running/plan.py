@@ -9,6 +9,7 @@ from typing import Literal
 
 from simbench.datasets.native import read_sequence
 from simbench.errors import DatasetError
+from simbench.running.code_digest import code_digest
 from simbench.running.folder import RunFolder
 from simbench.running.request import (
     Request,
@@ -18,12 +19,14 @@ from simbench.running.request import (
     spec_text,
     track_seed,
 )
-from simbench.running.source import filming_code, module_code, tracking_code
 from simbench.scenarios.schema import Scenario
 from simbench.scores import Scores, score_failure, score_unmade
 from simbench.trackers.finding import TrackerSpec
 
 __all__ = ["Chase", "Shoot", "plan", "sequence_stem"]
+
+_GENERATION = "simbench.generation"
+_TRACKING = ("simbench.tracking", "simbench.scores")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,13 +137,13 @@ def plan(request: Request, folder: RunFolder) -> list[Shoot]:
     what is there under its name need not be made again.
     """
     codes = [
-        (tracking_code(), module_code(t.module, type(t.make()).__module__))
+        code_digest(*_TRACKING, t.module, type(t.make()).__module__)
         for t in request.trackers
     ]
     shoots = []
     for scenario in request.scenarios:
         for seed in request.seeds:
-            key = digest_of(filming_code(), scenario.digest, seed)[:8]
+            key = digest_of(code_digest(_GENERATION), scenario.digest, seed)[:8]
             sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
             chases = tuple(_chases(request, codes, folder, scenario, seed, sequence))
             first = seed == request.seeds[0]
@@ -155,7 +158,7 @@ def sequence_stem(scenario: Scenario, seed: int) -> str:
 
 def _chases(
     request: Request,
-    codes: list[tuple[str, str]],
+    codes: list[str],
     folder: RunFolder,
     scenario: Scenario,
     seed: int,
