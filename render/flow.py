@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
+from simbench.core.camera import Camera
 
 __all__ = ["Flow", "View", "forward_flow", "sample_place"]
 

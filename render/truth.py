@@ -9,15 +9,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.box import centers
-from simbench.camera import Camera
-from simbench.mask import Mask
-from simbench.render.projection import NEAR_M
-from simbench.render.pyrender_camera import Shot
-from simbench.render.scene import Scene
-from simbench.render.vehicles import hull
-from simbench.sequence import Truth, VehicleTruth
-from simbench.trajectories import Trajectories
+from simbench.core.box import centers
+from simbench.core.camera import Camera
+from simbench.core.mask import Mask
+from simbench.core.sequence import Truth, VehicleTruth
+from simbench.core.trajectories import Trajectories
+from simbench.render.gl.pyrender_camera import Shot
+from simbench.render.world.projection import NEAR_M
+from simbench.render.world.scene import Scene
+from simbench.render.world.vehicles import hull
 
 __all__ = ["Outline", "TruthRecorder", "amodal_boxes", "pixel_ids"]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
-from simbench.errors import ScenarioError
-from simbench.scenarios.line import Line
+from simbench.core.camera import Camera
+from simbench.core.errors import ScenarioError
+from simbench.core.trajectories import Trajectories
+from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.schema import Occluder, Scenario
-from simbench.trajectories import Trajectories
 
 __all__ = ["PlacedOccluder", "place_occluders"]
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simbench.camera import Camera
-from simbench.scenarios.balls import roll_balls
-from simbench.scenarios.line import Line
-from simbench.scenarios.network import Network
-from simbench.scenarios.network_drive import drive_network
+from simbench.core.camera import Camera
+from simbench.core.trajectories import Trajectories
+from simbench.scenarios.ball.simulate import roll_balls
+from simbench.scenarios.camera_path import camera_path
+from simbench.scenarios.geometry.line import Line
+from simbench.scenarios.geometry.road import RoadLine
+from simbench.scenarios.highway.simulate import simulate
+from simbench.scenarios.network.shapes import Network
+from simbench.scenarios.network.simulate import drive_network
 from simbench.scenarios.occluders import PlacedOccluder, place_occluders
-from simbench.scenarios.road import RoadLine
 from simbench.scenarios.schema import Floor, Scenario, SumoRoad
-from simbench.scenarios.seeds import generator
-from simbench.scenarios.simulation import simulate
-from simbench.scenarios.views import camera_path
-from simbench.trajectories import Trajectories
+from simbench.scenarios.schema.seeds import generator
 
 __all__ = ["Stage", "set_stage"]
 

@@ -2,7 +2,7 @@
 
 Traffic is simulated, filmed and scored; see `load_scenario`, `generate`, `track` and
 `score`. They are imported when first used, so that a tracker plug-in that only needs
-the contracts (`simbench.tracker`, `simbench.box`) loads neither SUMO nor OpenGL.
+the contract (`simbench.core.tracker`) loads neither SUMO nor OpenGL.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from simbench.generation import generate
-    from simbench.scenarios.loading import load_scenario
-    from simbench.scores import score
-    from simbench.tracking import track
+    from simbench.evaluation.run_tracker import track
+    from simbench.evaluation.scores import score
+    from simbench.generation.generate import generate
+    from simbench.scenarios.files.loading import load_scenario
 
 __all__ = ["__version__", "generate", "load_scenario", "score", "track"]
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "generate": "simbench.generation",
-    "load_scenario": "simbench.scenarios.loading",
-    "score": "simbench.scores",
-    "track": "simbench.tracking",
+    "generate": "simbench.generation.generate",
+    "load_scenario": "simbench.scenarios.files.loading",
+    "score": "simbench.evaluation.scores",
+    "track": "simbench.evaluation.run_tracker",
 }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simbench.scenarios.loading import load_scenario
+from simbench.scenarios.files.loading import load_scenario
 from simbench.scenarios.schema import Scenario
 
 

@@ -7,7 +7,7 @@ import os
 import numpy as np
 import pytest
 
-from simbench.sequence import Sequence
+from simbench.core.sequence import Sequence
 from tests.tiny_sequence import tiny_sequence
 
 if "PYTEST_XDIST_WORKER" in os.environ:

@@ -9,45 +9,43 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-LOWER_FLOOR = {
-    "box",
-    "camera",
-    "contract",
-    "environment",
-    "errors",
-    "frame",
-    "mask",
-    "measures",
-    "one_line",
-    "sequence",
-    "tracker",
-    "trajectories",
-    "writing",
-}
-ROOMS = {"scenarios", "render", "trackers"}
-MAY_IMPORT = {
-    "lower": {"lower"},
-    "scenarios": {"lower", "scenarios"},
-    "render": {"lower", "scenarios", "render"},
-    "trackers": {"lower", "trackers"},
-    "upper": {"lower", "scenarios", "render", "trackers", "upper"},
-}
+ORDER = (
+    {"core"},
+    {"runtime"},
+    {"trackers", "scenarios"},
+    {"render"},
+    {"datasets"},
+    {"generation"},
+    {"evaluation"},
+    {"report"},
+    {"experiments"},
+    {"verification"},
+    {"cli"},
+)
+"""The rooms of the package: each imports only itself and what stands before it."""
+LINKS = ("scenarios", "render", "trackers")
+HIDDEN_FROM = {room: {"trackers"} for room in ("render", "datasets", "generation")}
+"""What makes sequences knows no tracker, as trackers know no truth."""
+LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 ONLY_THERE = {
-    "distributed": {"simbench.running.cluster"},
-    "fsspec": {"simbench.producing.url_store"},
-    "libsumo": {"simbench.scenarios.network_traffic", "simbench.scenarios.traffic"},
+    "distributed": {"simbench.runtime.cluster"},
+    "fsspec": {"simbench.datasets.remote_store"},
+    "libsumo": {
+        "simbench.scenarios.network.sumo_process",
+        "simbench.scenarios.highway.sumo_process",
+    },
     "pyrender": {
-        "simbench.render.batches",
-        "simbench.render.offscreen",
-        "simbench.render.shader_programs",
+        "simbench.render.gl.batches",
+        "simbench.render.gl.offscreen",
+        "simbench.render.gl.shader_programs",
     },
     "OpenGL": {
-        "simbench.render.batches",
-        "simbench.render.framebuffers",
-        "simbench.render.offscreen",
-        "simbench.render.pyrender_camera",
-        "simbench.render.shader_programs",
-        "simbench.render.textures",
+        "simbench.render.gl.batches",
+        "simbench.render.gl.framebuffers",
+        "simbench.render.gl.offscreen",
+        "simbench.render.gl.pyrender_camera",
+        "simbench.render.gl.shader_programs",
+        "simbench.render.gl.textures",
     },
 }
 
@@ -55,7 +53,7 @@ ONLY_THERE = {
 def modules() -> dict[str, Path]:
     """Return every module of the package by dotted name, rooms through the links."""
     found = {}
-    for folder in [ROOT / "simbench", *(ROOT / "simbench" / room for room in ROOMS)]:
+    for folder in [ROOT / "simbench", *(ROOT / "simbench" / link for link in LINKS)]:
         for path in folder.rglob("*.py"):
             parts = path.relative_to(ROOT).with_suffix("").parts
             name = ".".join(parts).removesuffix(".__init__")
@@ -64,13 +62,18 @@ def modules() -> dict[str, Path]:
 
 
 def room(module: str) -> str:
-    """Return the floor or room of a dotted name below simbench."""
+    """Return the room of a dotted name: ``simbench`` for the package itself."""
     parts = module.split(".")
-    if len(parts) == 1:
-        return "lower"  # simbench itself only says where things are
-    if parts[1] in LOWER_FLOOR:
-        return "lower"
-    return parts[1] if parts[1] in ROOMS else "upper"
+    return parts[1] if len(parts) > 1 and parts[1] in LEVEL else "simbench"
+
+
+def may_import(importer: str, imported: str) -> bool:
+    """Tell whether one room may import from another."""
+    if imported == "simbench" or importer == imported:
+        return True  # simbench itself only tells where things are
+    if importer == "simbench" or imported in HIDDEN_FROM.get(importer, ()):
+        return False
+    return LEVEL[imported] < LEVEL[importer]
 
 
 def imports(source: str) -> Iterator[str]:
@@ -95,27 +98,39 @@ def _runtime_nodes(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def faults(module: str, source: str) -> list[str]:
-    """Return the imports of a module that the rule forbids."""
+    """Return the imports of a module that the order forbids."""
     found = []
     for name in imports(source):
         top = name.partition(".")[0]
-        if top == "simbench" and room(name) not in MAY_IMPORT[room(module)]:
-            found.append(f"{module} ({room(module)}) imports {name} ({room(name)})")
+        if top == "simbench" and not may_import(room(module), room(name)):
+            found.append(f"{module} imports {name}, which stands later in the order")
         if top in ONLY_THERE and module not in ONLY_THERE[top]:
             found.append(f"{module} imports {name}; only {ONLY_THERE[top]} may")
     return found
 
 
-def test_every_import_points_down() -> None:
+def test_every_room_imports_only_rooms_before_it() -> None:
     found = {name: path.read_text(encoding="utf-8") for name, path in modules().items()}
-    assert {room(name) for name in found} == set(MAY_IMPORT)
+    assert {room(name) for name in found} == {"simbench", *LEVEL}
+    assert {name.count(".") for name in found if room(name) == "simbench"} == {0}
     assert [fault for name, text in found.items() for fault in faults(name, text)] == []
+
+
+@pytest.mark.parametrize("level", range(1, len(ORDER)))
+def test_rule_holds_between_neighbours_of_the_order(level: int) -> None:
+    earlier, later = min(ORDER[level - 1]), min(ORDER[level])
+    assert may_import(later, earlier)
+    assert not may_import(earlier, later)
 
 
 @pytest.mark.parametrize(
     ("module", "source"),
     [
-        pytest.param("simbench.box", "import simbench.scores", id="lower from upper"),
+        pytest.param(
+            "simbench.core.box",
+            "import simbench.evaluation.scores",
+            id="lower from upper",
+        ),
         pytest.param(
             "simbench.trackers.still",
             "from simbench.render import truth",
@@ -127,12 +142,12 @@ def test_every_import_points_down() -> None:
             id="trackers from scenarios, deferred",
         ),
         pytest.param(
-            "simbench.scenarios.road",
-            "from simbench.render.scene import Scene",
+            "simbench.scenarios.geometry.road",
+            "from simbench.render.world.scene import Scene",
             id="scenarios from render",
         ),
         pytest.param(
-            "simbench.render.scene",
+            "simbench.render.world.scene",
             "from simbench.trackers import still",
             id="render from trackers",
         ),
@@ -145,5 +160,5 @@ def test_rule_finds_an_import_that_points_up(module: str, source: str) -> None:
 
 
 def test_rule_lets_types_be_imported_for_checking_only() -> None:
-    source = "if TYPE_CHECKING:\n    from simbench.scores import Scores"
-    assert faults("simbench.box", source) == []
+    source = "if TYPE_CHECKING:\n    from simbench.evaluation.scores import Scores"
+    assert faults("simbench.core.box", source) == []

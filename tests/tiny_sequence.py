@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
-from simbench.frame import Frame
-from simbench.mask import Mask
-from simbench.sequence import Sequence, Truth, VehicleTruth
-from simbench.trajectories import LaneChange, Vehicle
+from simbench.core.camera import Camera
+from simbench.core.frame import Frame
+from simbench.core.mask import Mask
+from simbench.core.sequence import Sequence, Truth, VehicleTruth
+from simbench.core.trajectories import LaneChange, Vehicle
 
 WIDTH, HEIGHT = 32, 24
 LEFT, TOP, SIDE, STEP = 4, 6, 8, 2

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.box import Box
-from simbench.errors import TrackerError
-from simbench.frame import Frame
-from simbench.tracker import Estimate
-from simbench.trackers.colour_likelihood import ColourLikelihood
-from simbench.trackers.course import Course
-from simbench.trackers.resampling import systematic
+from simbench.core.box import Box
+from simbench.core.errors import TrackerError
+from simbench.core.frame import Frame
+from simbench.core.tracker import Estimate
+from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.course import Course
+from simbench.trackers.parts.resampling import systematic
 
 __all__ = ["Condensation"]
 

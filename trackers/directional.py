@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.box import Box
-from simbench.errors import TrackerError
-from simbench.frame import Frame
+from simbench.core.box import Box
+from simbench.core.errors import TrackerError
+from simbench.core.frame import Frame
 from simbench.trackers.condensation import Condensation
-from simbench.trackers.directional_gate import forward_mean, gate_weights
+from simbench.trackers.parts.directional_gate import forward_mean, gate_weights
 
 __all__ = ["Directional", "directional_22", "directional_45", "directional_90"]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.box import Box
-from simbench.errors import TrackerError
-from simbench.frame import Frame
-from simbench.tracker import Estimate
-from simbench.trackers.affine_group import compose, exp, inverse, log
-from simbench.trackers.appearance import Appearance, ellipses_of
-from simbench.trackers.swarm import Swarm
+from simbench.core.box import Box
+from simbench.core.errors import TrackerError
+from simbench.core.frame import Frame
+from simbench.core.tracker import Estimate
+from simbench.trackers.parts.affine_group import compose, exp, inverse, log
+from simbench.trackers.parts.appearance import Appearance, ellipses_of
+from simbench.trackers.parts.swarm import Swarm
 
 __all__ = ["DynamicSwarmParticle"]
 

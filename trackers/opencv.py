@@ -7,10 +7,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from simbench.box import Box
-from simbench.errors import TrackerError
-from simbench.frame import Frame
-from simbench.tracker import Estimate
+from simbench.core.box import Box
+from simbench.core.errors import TrackerError
+from simbench.core.frame import Frame
+from simbench.core.tracker import Estimate
 
 __all__ = ["OpenCvTracker", "opencv_tracker_names"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simbench.box import Box
-from simbench.frame import Frame
-from simbench.tracker import Estimate
+from simbench.core.box import Box
+from simbench.core.frame import Frame
+from simbench.core.tracker import Estimate
 
 __all__ = ["Still"]
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from simbench.scenarios.schema.strict import Strict
-from simbench.scenarios.sumo_config import SumoFiles, located, placed, read_files
+from simbench.scenarios.schema.sumo_config import SumoFiles, located, placed, read_files
 
 __all__ = [
     "SITE_KINDS",

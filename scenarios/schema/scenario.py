@@ -10,7 +10,7 @@ from typing import Any, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
-from simbench.errors import ScenarioError
+from simbench.core.errors import ScenarioError
 from simbench.scenarios.schema.dials import Dials
 from simbench.scenarios.schema.fitting import (
     require_balls_fit,

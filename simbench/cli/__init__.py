@@ -17,16 +17,9 @@ from typing import Annotated
 import typer
 
 from simbench import __version__
-from simbench.cli import (
-    cataloguing,
-    filming,
-    gate,
-    looking,
-    running,
-    sweeping,
-    verifying,
-)
-from simbench.errors import SimbenchError
+from simbench.cli import catalogue, check, generate, run, sweep, verify
+from simbench.cli import list as listing
+from simbench.core.errors import SimbenchError
 
 __all__ = ["execute", "main"]
 
@@ -42,17 +35,17 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(running.run)
-app.command("sweep")(sweeping.sweep)
-app.command("generate")(filming.generate)
-app.command("check")(gate.check)
-app.command("report")(running.report)
-app.command("list")(looking.list_all)
-app.command("show")(filming.show)
-app.command("catalogue")(cataloguing.catalogue)
-app.command("verify")(verifying.verify)
-app.command("doctor")(looking.doctor)
-app.command("schema")(looking.schema)
+app.command("run")(run.run)
+app.command("sweep")(sweep.sweep)
+app.command("generate")(generate.generate)
+app.command("check")(check.check)
+app.command("report")(run.report)
+app.command("list")(listing.list_all)
+app.command("show")(generate.show)
+app.command("catalogue")(catalogue.catalogue)
+app.command("verify")(verify.verify)
+app.command("doctor")(listing.doctor)
+app.command("schema")(listing.schema)
 
 
 def _print_version(wanted: bool) -> None:

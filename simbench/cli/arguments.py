@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from simbench.errors import SimbenchError
+from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
-    from simbench.scenarios.recipe import Recipe
+    from simbench.scenarios.files.recipe import Recipe
     from simbench.scenarios.schema import Scenario
-    from simbench.trackers.finding import TrackerSpec
+    from simbench.trackers.find_tracker import TrackerSpec
 
 __all__ = [
     "Cluster",
@@ -76,14 +76,14 @@ Frames = Annotated[
 
 def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
     """Read scenarios that may hold draws, cut to ``frames`` where given."""
-    from simbench.scenarios.recipe import load_recipes
+    from simbench.scenarios.files.recipe import load_recipes
 
     return [recipe.shortened(frames) for name in names for recipe in load_recipes(name)]
 
 
 def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]:
     """Read scenarios, cut to ``frames`` where given."""
-    from simbench.scenarios.loading import load_variants
+    from simbench.scenarios.files.loading import load_variants
 
     found = [scenario for name in names for scenario in load_variants(name)]
     return tuple(s if frames is None else s.shortened(frames) for s in found)
@@ -91,7 +91,7 @@ def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]
 
 def trackers_from(text: str) -> tuple[TrackerSpec, ...]:
     """Find the trackers of a comma-separated list."""
-    from simbench.trackers.finding import find_tracker
+    from simbench.trackers.find_tracker import find_tracker
 
     return tuple(find_tracker(spec) for spec in tracker_specs(text))
 

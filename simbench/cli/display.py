@@ -20,7 +20,7 @@ from rich.progress import (
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from simbench.scores import Scores
+    from simbench.evaluation.scores import Scores
 
 __all__ = ["interruptible", "print_table", "progress_bar", "score_table"]
 
@@ -74,7 +74,7 @@ def interruptible(hint: str) -> Iterator[None]:
 
 def score_table(scores: Scores) -> Table:
     """Return the means over seeds as a table, a row a scenario, variant and tracker."""
-    from simbench.statistics import summary
+    from simbench.evaluation.statistics import summary
 
     measures = {
         "precision_20": ("precision", "{:.3f}"),

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
-from simbench.mask import Mask
-from simbench.sequence import Sequence as FilmedSequence
-from simbench.sequence import Truth, VehicleTruth
-from simbench.trajectories import Vehicle
+from simbench.core.camera import Camera
+from simbench.core.mask import Mask
+from simbench.core.sequence import Sequence as FilmedSequence
+from simbench.core.sequence import Truth, VehicleTruth
+from simbench.core.trajectories import Vehicle
 
 __all__ = ["arrays_from_sequence", "cameras_from", "truth_from"]
 

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.datasets.card_text import MEASURES, card_text
-from simbench.datasets.frame_folder import FrameFolder
-from simbench.scenarios.fleet import PAINTS
-from simbench.sequence import Sequence
-from simbench.trajectories import Vehicle
+from simbench.core.sequence import Sequence
+from simbench.core.trajectories import Vehicle
+from simbench.datasets.card_markdown import MEASURES, card_text
+from simbench.datasets.frames import FrameFolder
+from simbench.scenarios.highway.fleet import PAINTS
 
 __all__ = ["UNDECLARED", "card", "summary_of"]
 

@@ -26,8 +26,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.datasets.frame_folder import decoded_as_stored
-from simbench.errors import DatasetError
+from simbench.core.errors import DatasetError
+from simbench.datasets.frames import decoded_as_stored
 
 __all__ = [
     "CHANNELS",

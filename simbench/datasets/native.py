@@ -27,14 +27,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.atomic_write import written_whole
+from simbench.core.errors import DatasetError
+from simbench.core.frame import Frame
+from simbench.core.sequence import Sequence
+from simbench.core.trajectories import LaneChange, Vehicle
 from simbench.datasets.arrays import arrays_from_sequence, cameras_from, truth_from
 from simbench.datasets.channels import CHANNELS, channels_in, write_channels
-from simbench.datasets.frame_folder import FrameFolder, frame_path, write_frame
-from simbench.errors import DatasetError
-from simbench.frame import Frame
-from simbench.sequence import Sequence
-from simbench.trajectories import LaneChange, Vehicle
-from simbench.writing import written_whole
+from simbench.datasets.frames import FrameFolder, frame_path, write_frame
 
 __all__ = [
     "LAYOUT",

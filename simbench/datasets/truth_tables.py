@@ -25,11 +25,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from simbench.datasets.frame_folder import FrameFolder
+from simbench.core.atomic_write import written_whole
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence, Truth, VehicleTruth
+from simbench.datasets.frames import FrameFolder
 from simbench.datasets.truth_columns import COLUMNS, Column
-from simbench.errors import DatasetError
-from simbench.sequence import Sequence, Truth, VehicleTruth
-from simbench.writing import written_whole
 
 __all__ = [
     "COLUMNS",
@@ -85,7 +85,7 @@ def write_truth_tables(sequence: Sequence, folder: Path) -> None:
     }
     about = {
         "simbench.truth_tables": str(VERSION),
-        "simbench.sequence": sequence.name,
+        "simbench.core.sequence": sequence.name,
         "simbench.seed": "" if sequence.seed is None else str(sequence.seed),
         "simbench.digest": sequence.digest,
     }

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from simbench import measures
+from simbench.evaluation import measures
+from simbench.evaluation.statistics import curve
 from simbench.report.palette import Style
 from simbench.report.plotting import (
     INK,
@@ -21,7 +22,6 @@ from simbench.report.plotting import (
     plain,
 )
 from simbench.report.sections import Section
-from simbench.statistics import curve
 
 __all__ = [
     "error_by_frame",

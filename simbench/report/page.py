@@ -9,18 +9,18 @@ from typing import Any, Final, TypeAlias
 import jinja2
 import plotly.offline
 
-from simbench.errors import DatasetError
+from simbench.core.atomic_write import written_whole
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence
+from simbench.evaluation.scores import Scores
+from simbench.evaluation.sweep_scores import Swept
 from simbench.report import figures, tables
 from simbench.report.palette import Style, styles
 from simbench.report.pictures import animation, stills
 from simbench.report.sections import Section, sections, tracker_labels
 from simbench.report.sweep_chapter import sweep_chapter
 from simbench.report.tables import sequence_rows
-from simbench.report.wording import count
-from simbench.scores import Scores
-from simbench.sequence import Sequence
-from simbench.sweeping.swept import Swept
-from simbench.writing import written_whole
+from simbench.report.text import count
 
 __all__ = ["write_report"]
 

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from simbench.report.wording import share
-from simbench.sequence import Sequence, Truth
+from simbench.core.sequence import Sequence, Truth
+from simbench.report.text import share
 
 __all__ = ["Still", "animation", "data_uri", "seen", "stills"]
 
@@ -70,7 +70,7 @@ def animation(
     sequence : Sequence
         At most 80 evenly spaced frames of it are read.
     tracks : mapping from tracker to DataFrame
-        Frames of `simbench.scores.Scores` on this sequence.
+        Frames of `simbench.evaluation.scores.Scores` on this sequence.
     budget_bytes : int
         What the pictures may take as text; width and quality come down to meet it.
 

@@ -9,10 +9,10 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.sequence import Sequence
+from simbench.evaluation.score_tables import frame_times
+from simbench.evaluation.sweep_axes import Sweep
 from simbench.report.pictures import data_uri, seen
-from simbench.score_rows import frame_times
-from simbench.sequence import Sequence
-from simbench.sweeping.axes import Sweep
 
 __all__ = ["Sample", "samples"]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from simbench.report.wording import anchor
-from simbench.scores import Scores
+from simbench.evaluation.scores import Scores
+from simbench.report.text import anchor
 
 __all__ = ["Section", "sections", "tracker_labels"]
 
@@ -24,7 +24,7 @@ class Section:
     title, tests : str
         What it is called and what it tests; ``tests`` is empty where unknown.
     runs, frames : DataFrame
-        Its rows of `simbench.scores.Scores`.
+        Its rows of `simbench.evaluation.scores.Scores`.
     trackers : tuple of str
         Labels, in the order of the report.
     seeds : tuple of (int or None)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from simbench import sequence
+from simbench.core import sequence
+from simbench.evaluation.sweep_scores import Swept
 from simbench.report import figures, sweep_figures
 from simbench.report.palette import Style
 from simbench.report.samples import samples
 from simbench.report.sections import Section
-from simbench.report.wording import anchor
-from simbench.sweeping.swept import Swept
-from simbench.sweeping.wording import breaking_table, notes, point_table
+from simbench.report.sweep_text import breaking_table, notes, point_table
+from simbench.report.text import anchor
 
 __all__ = ["sweep_chapter"]
 

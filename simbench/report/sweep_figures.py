@@ -10,11 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import expit
 
+from simbench.evaluation.sweep_axes import is_harder_upwards
+from simbench.evaluation.sweep_scores import Swept
 from simbench.report.palette import Style
 from simbench.report.plotting import INK, Figure, band, base_layout, line, plain
-from simbench.sweeping.axes import is_harder_upwards
-from simbench.sweeping.swept import Swept
-from simbench.sweeping.wording import breaking_words
+from simbench.report.sweep_text import breaking_words
 
 __all__ = ["against_dial", "breaking_by_other", "success_map"]
 
@@ -39,7 +39,7 @@ def against_dial(
         Of one dial.
     looks : mapping from tracker to Style
     measure : str
-        One of `simbench.sweeping.swept.MEASURES`.
+        One of `simbench.evaluation.sweep_scores.MEASURES`.
     title : str
         Of the vertical axis.
     height : int, px

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from simbench.evaluation.statistics import spread, summary
 from simbench.report.sections import Section
-from simbench.report.wording import count, fixed, plus_minus, share
-from simbench.statistics import spread, summary
+from simbench.report.text import count, fixed, plus_minus, share
 
 __all__ = [
     "SCORE_COLUMNS",

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
-from simbench.render import offscreen  # must come before pyrender: it sets the platform
-from simbench.render.mesh import Mesh
-from simbench.render.scene import Scene
+from simbench.core.camera import Camera
+from simbench.render.gl import (
+    offscreen,  # must come before pyrender: it sets the platform
+)
+from simbench.render.world.mesh import Mesh
+from simbench.render.world.scene import Scene
 
 # isort: split
 import pyrender

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.render.pyrender_camera import PyrenderCamera
-from simbench.render.scene import Scene, build_scene, vehicle_poses
+from simbench.render.gl.pyrender_camera import PyrenderCamera
+from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, set_stage
 from tests.bench.naive_pyrender import NaivePyrender
 from tests.scenarios.stories import story

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from simbench.environment import core_count
-from simbench.producing.production import produce_dataset
-from simbench.producing.wanted import Wanted, spread
-from simbench.scenarios.recipe import load_recipe
+from simbench.generation.dataset.produce import produce_dataset
+from simbench.generation.dataset.request import Wanted, spread
+from simbench.runtime.versions import core_count
+from simbench.scenarios.files.recipe import load_recipe
 
 pytestmark = [pytest.mark.bench, pytest.mark.gl, pytest.mark.sumo]
 

@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from simbench.box import Box, overlap
-from simbench.tracker import Tracker
-from simbench.trackers.colour_likelihood import ColourLikelihood
+from simbench.core.box import Box, overlap
+from simbench.core.tracker import Tracker
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from tests.trackers.clips import Clip, film, straight
 
 pytestmark = pytest.mark.bench

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from simbench.core.sequence import Sequence
 from simbench.datasets.formats import find_format, sequence_name
-from simbench.generation import generate
-from simbench.scenarios.loading import load_scenario
+from simbench.generation.generate import generate
+from simbench.scenarios.files.loading import load_scenario
 from simbench.scenarios.schema import Scenario
-from simbench.sequence import Sequence
-from tests.datasets.staged_sequence import staged_sequence
+from tests.datasets.formats.staged_sequence import staged_sequence
 
 _TOOLKITS = ("got10k", "vot", "trackeval", "pycocotools")
 if any(importlib.util.find_spec(name) is None for name in _TOOLKITS):

@@ -7,7 +7,7 @@ from got10k.trackers import Tracker
 from numpy.typing import NDArray
 from PIL import Image
 
-from simbench.sequence import Sequence
+from simbench.core.sequence import Sequence
 
 
 def told(boxes: NDArray[np.float64]) -> NDArray[np.float64]:

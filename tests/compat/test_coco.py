@@ -13,7 +13,7 @@ from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from simbench.sequence import Sequence
+from simbench.core.sequence import Sequence
 from tests.compat.conftest import DataSet
 
 

@@ -13,9 +13,9 @@ from got10k.experiments import ExperimentGOT10k
 from numpy.typing import NDArray
 from PIL import Image
 
-from simbench.datasets.frame_labels import cover
-from simbench.measures import frame_overlap, success
-from simbench.sequence import Sequence
+from simbench.core.sequence import Sequence
+from simbench.datasets.formats.labels import cover
+from simbench.evaluation.measures import frame_overlap, success
 from tests.compat.conftest import DataSet
 from tests.compat.results import Replay, aside, told
 

@@ -11,14 +11,14 @@ from got10k.datasets import OTB
 from got10k.experiments import ExperimentOTB
 from vot.dataset import load_dataset
 
-from simbench.datasets.otb import NAMES
-from simbench.measures import (
+from simbench.core.sequence import Sequence
+from simbench.datasets.formats.otb import NAMES
+from simbench.evaluation.measures import (
     center_error,
     frame_overlap,
     precision_curve,
     success_curve,
 )
-from simbench.sequence import Sequence
 from tests.compat.conftest import DataSet
 from tests.compat.results import Replay, aside, told
 

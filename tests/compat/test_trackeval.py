@@ -17,9 +17,9 @@ from trackeval.datasets import DAVIS, MotChallenge2DBox, YouTubeVIS
 from trackeval.metrics import CLEAR, HOTA, Identity, JAndF, TrackMAP
 from vot.dataset import load_dataset
 
-from simbench.sequence import Sequence, VehicleTruth
+from simbench.core.sequence import Sequence, VehicleTruth
 from tests.compat.conftest import DataSet
-from tests.datasets.staged_sequence import OTHER_ID, TARGET_ID
+from tests.datasets.formats.staged_sequence import OTHER_ID, TARGET_ID
 
 _QUIET = {"PRINT_RESULTS": False, "PRINT_CONFIG": False, "TIME_PROGRESS": False}
 

@@ -16,9 +16,9 @@ from vot.region import Rectangle, Special
 from vot.tracker import Trajectory
 from vot.workspace import Workspace
 
-from simbench.datasets.frame_labels import cover
-from simbench.measures import frame_overlap, scored_frames
-from simbench.sequence import Sequence
+from simbench.core.sequence import Sequence
+from simbench.datasets.formats.labels import cover
+from simbench.evaluation.measures import frame_overlap, scored_frames
 from tests.compat.conftest import DataSet
 from tests.compat.results import aside, told
 

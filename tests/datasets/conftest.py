@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from simbench.sequence import Sequence
-from tests.datasets.staged_sequence import staged_sequence
+from simbench.core.sequence import Sequence
+from tests.datasets.formats.staged_sequence import staged_sequence
 
 
 @pytest.fixture

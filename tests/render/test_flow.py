@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.camera import Camera
+from simbench.core.camera import Camera
 from simbench.render.flow import Flow, View, forward_flow, sample_place
-from simbench.render.pyrender_camera import PyrenderCamera, Shot
-from simbench.render.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
+from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
+from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, set_stage
 from tests.scenarios.stories import story
 

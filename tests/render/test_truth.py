@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from simbench.camera import Camera
-from simbench.render.pyrender_camera import PyrenderCamera, Shot
-from simbench.render.scene import Scene, build_scene, vehicle_poses
+from simbench.core.camera import Camera
+from simbench.core.sequence import Truth
+from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
 from simbench.render.truth import TruthRecorder, pixel_ids
+from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, set_stage
-from simbench.sequence import Truth
 from tests.scenarios.stories import story
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.frame import Frame
-from simbench.scores import Scores, score, score_failure
-from simbench.sequence import Sequence, Truth
-from simbench.tracker import Failure, Track
+from simbench.core.frame import Frame
+from simbench.core.sequence import Sequence, Truth
+from simbench.core.tracker import Failure, Track
+from simbench.evaluation.scores import Scores, score, score_failure
 
 WIDTH, HEIGHT, FRAMES = 320, 200, 120
 POLE_LEFT, POLE_WIDTH = 150.0, 24.0

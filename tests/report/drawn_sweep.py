@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from simbench.scores import Scores, score, score_failure, score_unmade
-from simbench.sequence import Sequence
-from simbench.sweeping.axes import Axis, Sweep
-from simbench.sweeping.swept import Swept, swept_scores
-from simbench.tracker import Track
+from simbench.core.sequence import Sequence
+from simbench.core.tracker import Track
+from simbench.evaluation.scores import Scores, score, score_failure, score_unmade
+from simbench.evaluation.sweep_axes import Axis, Sweep
+from simbench.evaluation.sweep_scores import Swept, swept_scores
 from tests.report.drawn_run import drawn_sequence, facts
 
 HIDDEN = Axis("occlusion.hidden", (0.0, 0.25, 0.5, 0.75, 1.0))

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.errors import DatasetError
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence
+from simbench.evaluation.scores import Scores, score, score_failure
 from simbench.report import write_report
-from simbench.scores import Scores, score, score_failure
-from simbench.sequence import Sequence
 from tests.report.drawn_run import drawn_run, drawn_sequence, jittered
 
 

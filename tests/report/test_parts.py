@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from simbench.frame import Frame
+from simbench.core.frame import Frame
+from simbench.evaluation.scores import Scores, score
 from simbench.report import figures, tables
 from simbench.report.palette import styles
 from simbench.report.pictures import animation, stills
 from simbench.report.sections import Section, sections
-from simbench.scores import Scores, score
 from tests.report.drawn_run import drawn_run, drawn_sequence, jittered
 
 

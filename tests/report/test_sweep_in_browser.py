@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page
 
+from simbench.evaluation.sweep_axes import Sweep
 from simbench.report import write_report
-from simbench.sweeping.axes import Sweep
 from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
 from tests.report.opened import opened
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from simbench.evaluation.scores import Scores, score_unmade
+from simbench.evaluation.sweep_axes import Axis, Sweep
+from simbench.evaluation.sweep_scores import Swept, swept_scores
 from simbench.report import sweep_figures, write_report
 from simbench.report.palette import styles
 from simbench.report.samples import samples
-from simbench.scores import Scores, score_unmade
-from simbench.sweeping.axes import Axis, Sweep
-from simbench.sweeping.swept import Swept, swept_scores
 from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
 
 LOOKS = styles(["firm", "frail"])

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.box import area, centers, clip
-from simbench.dialling.rehearsal import Rehearsal, target_boxes
-from simbench.scenarios.loading import (
+from simbench.core.box import area, centers, clip
+from simbench.generation.dials.probe import Rehearsal, target_boxes
+from simbench.scenarios.files.loading import (
     library,
     load_scenario,
     load_variants,

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from simbench.scenarios.schema import Light, Scenario, Surroundings
-from simbench.scenarios.seeds import Stream, generator
+from simbench.scenarios.schema.seeds import Stream, generator
 from tests.scenarios.stories import story
 
 

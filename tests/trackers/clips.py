@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.box import Box, overlap
-from simbench.frame import Frame
-from simbench.tracker import Tracker
+from simbench.core.box import Box, overlap
+from simbench.core.frame import Frame
+from simbench.core.tracker import Tracker
 
 CAR_SIZE = (96, 72)  # width, height of the sprite, px
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.box import Box, centers, overlap
-from simbench.trackers import colour_histogram, colour_likelihood
-from simbench.trackers.appearance import Appearance
+from simbench.core.box import Box, centers, overlap
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.directional import Directional, directional_45, directional_90
 from simbench.trackers.dsp import DynamicSwarmParticle
-from simbench.trackers.finding import find_tracker
-from simbench.trackers.patches import normalised_patches
+from simbench.trackers.find_tracker import find_tracker
+from simbench.trackers.parts import colour_histogram, colour_likelihood
+from simbench.trackers.parts.appearance import Appearance
+from simbench.trackers.parts.patches import normalised_patches
+from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.still import Still
-from simbench.trackers.swarm import Swarm
 from tests.trackers.clips import Clip, film, follow, straight, success
 
 FOLLOWERS = ["condensation", "directional-90", "directional-45", "dsp"]

@@ -1,0 +1,1 @@
+"""Offscreen OpenGL: context, framebuffers, shader programs, the camera."""

@@ -1,0 +1,1 @@
+"""What air, weather, lens and sensor do to a picture."""

@@ -1,0 +1,1 @@
+"""The scene in front of the camera, as meshes and lights."""

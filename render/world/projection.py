@@ -1,0 +1,77 @@
+"""Matrices that put the road frame into OpenGL's clip space."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.camera import Camera
+
+__all__ = ["NEAR_M", "clip_matrix", "linear_depth", "shadow_matrix"]
+
+NEAR_M, _FAR_M = 0.4, 2500.0
+SHADOW_RADIUS_M = 55.0
+SHADOW_TEXELS = 1024
+
+
+def clip_matrix(camera: Camera) -> NDArray[np.float64]:
+    """Return the (4, 4) map from the road frame to clip space.
+
+    Image rows grow downwards in clip space as they do in the image, so that what is
+    read back from the device needs no flipping.
+    """
+    fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
+    cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
+    width, height = camera.width, camera.height
+    depth = _FAR_M - NEAR_M
+    projection = np.array(
+        [
+            [2 * fx / width, 0.0, 2 * cx / width - 1.0, 0.0],
+            [0.0, 2 * fy / height, 2 * cy / height - 1.0, 0.0],
+            [0.0, 0.0, (_FAR_M + NEAR_M) / depth, -2 * _FAR_M * NEAR_M / depth],
+            [0.0, 0.0, 1.0, 0.0],
+        ]
+    )
+    view = np.eye(4)
+    view[:3, :3] = camera.rotation
+    view[:3, 3] = camera.translation
+    clip: NDArray[np.float64] = projection @ view
+    return clip
+
+
+def linear_depth(window: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Turn window depth in [0, 1] into metres along the axis; the far plane is inf."""
+    ndc = 2.0 * window - 1.0
+    span = (_FAR_M + NEAR_M) - ndc * (_FAR_M - NEAR_M)
+    metres = (2.0 * NEAR_M * _FAR_M / span).astype(np.float32)
+    return np.where(window >= 1.0, np.float32(np.inf), metres)
+
+
+def shadow_matrix(
+    to_sun: NDArray[np.float64],
+    focus: NDArray[np.float64],
+    radius_m: float = SHADOW_RADIUS_M,
+) -> NDArray[np.float64]:
+    """Return the (4, 4) map from the road frame to the sun's clip space.
+
+    The map covers ``radius_m`` around ``focus`` and moves in whole texels, so
+    that shadows do not crawl.
+    """
+    forward = -to_sun
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right = right / np.linalg.norm(right)
+    up = np.cross(right, forward)
+    rotation = np.stack([right, up, forward])
+    middle = rotation @ focus
+    texel = 2.0 * radius_m / SHADOW_TEXELS
+    middle[:2] = np.round(middle[:2] / texel) * texel
+    middle[2] = math.floor(middle[2])
+    reach = 4.0 * radius_m  # tall things far towards the sun still cast
+    clip = np.eye(4)
+    clip[:2, :3] = rotation[:2] / radius_m
+    clip[2, :3] = rotation[2] / reach
+    clip[:2, 3] = -middle[:2] / radius_m
+    clip[2, 3] = -middle[2] / reach
+    return clip

@@ -1,0 +1,1 @@
+"""Balls that roll and bounce on a floor."""

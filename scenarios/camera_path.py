@@ -1,0 +1,149 @@
+"""The camera's path: where it stands in every frame and where it looks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.camera import Camera
+from simbench.core.errors import ScenarioError
+from simbench.core.trajectories import Trajectories
+from simbench.scenarios.geometry.line import Line
+from simbench.scenarios.schema import Camera as View
+from simbench.scenarios.schema import Place, Scenario
+
+__all__ = ["camera_path", "place_points"]
+
+
+def camera_path(
+    scenario: Scenario,
+    line: Line,
+    trajectories: Trajectories,
+    rng: np.random.Generator,
+) -> tuple[Camera, ...]:
+    """Return the camera of every frame.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    line : Line
+    trajectories : Trajectories
+        Of the same scenario; a camera that follows or pans keeps to its target.
+    rng : numpy.random.Generator
+        Source of the vibration, and of where a wandering aim begins.
+
+    Returns
+    -------
+    tuple of T Camera
+    """
+    view = scenario.camera
+    eye_shift, aim_shift = _shifts(view, line, trajectories)
+    eyes = place_points(line, view.position, eye_shift)
+    aims = place_points(line, view.look_at, aim_shift)
+    if np.any(np.linalg.norm(eyes - aims, axis=-1) < 0.1):
+        raise ScenarioError(
+            f"{scenario.name}: camera.look_at must differ from camera.position"
+        )
+    # first: where the aim begins must not hang on how many frames there are
+    wander = _wander(view, trajectories.times, rng)
+    shake = _shake(scenario, trajectories.times, rng)
+    shake[:, :2] += wander
+    imaging = scenario.imaging
+    cameras = []
+    for eye, aim, (right, down, roll) in zip(eyes, aims, shake, strict=True):
+        steady = Camera.look_at(
+            eye,
+            aim,
+            fov_rad=view.fov_rad,
+            width=imaging.width_px,
+            height=imaging.height_px,
+            roll_rad=roll,
+        )
+        turn = _small_rotation(down / steady.focal_px, -right / steady.focal_px)
+        rotation = turn @ steady.rotation
+        cameras.append(
+            Camera(
+                steady.matrix, rotation, -rotation @ eye, steady.width, steady.height
+            )
+        )
+    return tuple(cameras)
+
+
+def _shifts(
+    view: View, line: Line, trajectories: Trajectories
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far along the road the camera and its aim have moved, (T,) m each."""
+    times = trajectories.times
+    still = np.zeros(len(times))
+    if view.motion == "still":
+        return still, still
+    if view.motion == "drive":
+        driven = (view.speed_mps or 0.0) * times
+        return driven, driven
+    target = line.locate(trajectories.positions[:, trajectories.target])[:, 0]
+    if view.motion == "pan":
+        return still, target
+    phase = 2.0 * math.pi * times / view.sway_period_s
+    follower = target - view.sway_m * np.sin(phase)
+    return follower, follower
+
+
+def place_points(
+    line: Line, place: Place, shift: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a place is, (T, 3) m, moved along the line by (T,) metres."""
+    if place.x_m is not None and place.y_m is not None:
+        spot = line.map_point(place.x_m, place.y_m, place.height_m)
+        return np.tile(spot, (len(shift), 1))
+    return line.point(place.along_m + shift, place.lateral_m, place.height_m)
+
+
+def _shake(
+    scenario: Scenario, times: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw a shake of the picture: right and down [px], roll [rad], (T, 3).
+
+    A first-order autoregressive process with the correlation time of the vibration,
+    sampled at the frames: at low frame rates successive frames shake independently.
+    """
+    view = scenario.camera
+    noise = rng.standard_normal((len(times), 3))
+    keeps = np.exp(-np.diff(times) * view.vibration_hz)
+    shake = np.empty_like(noise)
+    shake[0] = noise[0]
+    for index, keep in enumerate(keeps, start=1):
+        fresh = math.sqrt(1.0 - keep**2) * noise[index]
+        shake[index] = keep * shake[index - 1] + fresh
+    scale = view.vibration_px
+    # Roll is such that a corner of the picture moves a quarter of what its middle does.
+    corner = math.hypot(scenario.imaging.width_px, scenario.imaging.height_px) / 2.0
+    return shake * [scale, scale, scale / 4.0 / corner]
+
+
+def _wander(
+    view: View, times: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return how far a straying aim moves the picture: right and down [px], (T, 2).
+
+    The aim circles on an ellipse, as a hand that keeps overshooting does: it never
+    rests, so that every frame moves the picture.
+    """
+    if view.wander_px == 0:
+        return np.zeros((len(times), 2))
+    start = rng.uniform(0.0, 2.0 * math.pi)
+    phase = start + 2.0 * math.pi * times / view.wander_period_s
+    ellipse = np.stack([np.cos(phase), view.wander_shape * np.sin(phase)], axis=-1)
+    moved: NDArray[np.float64] = view.wander_px * ellipse
+    return moved
+
+
+def _small_rotation(about_x: float, about_y: float) -> NDArray[np.float64]:
+    """Return the rotation about the camera's x axis, then its y axis."""
+    cx, sx = math.cos(about_x), math.sin(about_x)
+    cy, sy = math.cos(about_y), math.sin(about_y)
+    first = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    second = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    product: NDArray[np.float64] = second @ first
+    return product

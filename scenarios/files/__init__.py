@@ -1,0 +1,1 @@
+"""Scenario files: loading, samples of ranges and choices, variants."""

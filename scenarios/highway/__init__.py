@@ -1,0 +1,1 @@
+"""Highway traffic, simulated by SUMO in a child process."""

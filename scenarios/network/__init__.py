@@ -1,0 +1,1 @@
+"""Traffic on users' own SUMO networks."""

@@ -1,0 +1,181 @@
+"""The roads of a SUMO network as shapes: lanes and junctions."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.errors import ScenarioError
+from simbench.scenarios.schema.sumo_config import NOT_XML, open_text
+
+__all__ = ["Junction", "Lane", "LaneKind", "Network", "read_network"]
+
+LaneKind = Literal["road", "inside", "path", "other"]
+
+_DEFAULT_WIDTH_M = 3.2
+_FOOT = {"pedestrian", "bicycle", "wheelchair"}
+_OFF_ROAD = {"tram", "rail", "rail_urban", "rail_electric", "rail_fast", "ship"}
+_OFF_ROAD |= {"subway", "cable_car", "aircraft", "drone", "container"}
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """One lane.
+
+    Attributes
+    ----------
+    name, edge : str
+        Of the lane and of the edge it belongs to.
+    index : int
+        From the right, 0 the right-most.
+    kind : str
+        ``road``; ``inside`` a junction; ``path`` for feet and bicycles; ``other`` for
+        rails and water, which are not drawn.
+    width : float, m
+    speed : float, m/s
+        The limit.
+    shape : (N, 3) float, m
+        Its middle, in the network's coordinates, N at least 2.
+    leads_to : frozenset of str
+        The edges on to which a connection leads from it.
+    """
+
+    name: str
+    edge: str
+    index: int
+    kind: LaneKind
+    width: float
+    speed: float
+    shape: NDArray[np.float64]
+    leads_to: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """Where edges meet: a name, SUMO's type and an outline of (N, 3) m."""
+
+    name: str
+    kind: str
+    shape: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """All lanes by name, and the junctions that have an outline.
+
+    Attributes
+    ----------
+    lanes : dict from str to Lane
+    junctions : tuple of Junction
+    ends_at : dict from str to str
+        The kind of junction at which an edge ends.
+    """
+
+    lanes: dict[str, Lane]
+    junctions: tuple[Junction, ...]
+    ends_at: dict[str, str]
+
+    @property
+    def edges(self) -> dict[str, list[Lane]]:
+        """The lanes of every edge, from right to left."""
+        found: dict[str, list[Lane]] = {}
+        for lane in self.lanes.values():
+            found.setdefault(lane.edge, []).append(lane)
+        return {edge: sorted(found[edge], key=lambda one: one.index) for edge in found}
+
+    @property
+    def roads(self) -> frozenset[str]:
+        """The edges that are not only rails or water."""
+        return frozenset(
+            lane.edge for lane in self.lanes.values() if lane.kind != "other"
+        )
+
+
+def read_network(path: Path) -> Network:
+    """Read a ``.net.xml``.
+
+    Raises
+    ------
+    ScenarioError
+        If it is broken, or has no lane.
+    """
+    try:
+        with open_text(path) as file:
+            root = ET.parse(file).getroot()
+        kinds = {
+            one.get("id", ""): one.get("type", "") for one in root.iter("junction")
+        }
+        onward: dict[str, set[str]] = {}
+        for one in root.iter("connection"):
+            start = f"{one.attrib['from']}_{one.attrib['fromLane']}"
+            onward.setdefault(start, set()).add(one.attrib["to"])
+        lanes = {
+            lane.name: lane
+            for edge in root.iter("edge")
+            for lane in _lanes(edge, onward)
+        }
+        junctions = tuple(
+            Junction(one.get("id", ""), one.get("type", ""), _shape(one))
+            for one in root.iter("junction")
+            if len(one.get("shape", "").split()) >= 3
+        )
+        ends_at = {
+            edge.get("id", ""): kinds.get(edge.get("to", ""), "")
+            for edge in root.iter("edge")
+        }
+    except NOT_XML as error:
+        raise ScenarioError(f"{path}: is not a usable network: {error}") from error
+    if not lanes:
+        raise ScenarioError(f"{path}: is not a usable network: it has no lane")
+    return Network(lanes, junctions, ends_at)
+
+
+def _lanes(edge: ET.Element, onward: dict[str, set[str]]) -> list[Lane]:
+    function = edge.get("function", "normal")
+    if function in ("crossing", "walkingarea", "connector"):
+        return []
+    name = edge.attrib["id"]
+    return [
+        Lane(
+            name=one.attrib["id"],
+            edge=name,
+            index=int(one.attrib["index"]),
+            kind=_kind(one, function),
+            width=_finite(one.get("width", _DEFAULT_WIDTH_M)),
+            speed=_finite(one.attrib["speed"]),
+            shape=_shape(one),
+            leads_to=frozenset(onward.get(f"{name}_{one.attrib['index']}", ())),
+        )
+        for one in edge.iter("lane")
+        if len(one.get("shape", "").split()) >= 2
+    ]
+
+
+def _kind(lane: ET.Element, function: str) -> LaneKind:
+    allowed = set(lane.get("allow", "").split())
+    if allowed and allowed <= _OFF_ROAD:
+        return "other"
+    if allowed and allowed <= _FOOT:
+        return "path"
+    return "inside" if function == "internal" else "road"
+
+
+def _shape(element: ET.Element) -> NDArray[np.float64]:
+    points = [
+        [_finite(part) for part in point.split(",")]
+        for point in element.attrib["shape"].split()
+    ]
+    return np.array([[*point, 0.0][:3] for point in points], dtype=np.float64)
+
+
+def _finite(told: str | float) -> float:
+    number = float(told)
+    if not math.isfinite(number):
+        raise ValueError(f"wanted finite numbers, found {told}")
+    return number

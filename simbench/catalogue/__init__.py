@@ -1,1 +1,0 @@
-"""The catalogue: what scenarios look like and what they test, on one page."""

@@ -1,0 +1,90 @@
+"""The command ``sweep``: one or two dials turned, all else held."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from simbench.cli.arguments import (
+    Cluster,
+    Frames,
+    Fresh,
+    Jobs,
+    Out,
+    Repetitions,
+    Seeds,
+    Timeout,
+    Trackers,
+    scenarios_from,
+    trackers_from,
+)
+from simbench.cli.display import print_table
+from simbench.cli.run import DEFAULT_TRACKERS, carry_out, conclude
+from simbench.core.errors import SimbenchError
+
+if TYPE_CHECKING:
+    from simbench.evaluation.sweep_scores import Swept
+
+__all__ = ["sweep"]
+
+
+def sweep(
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO", help="Name from 'simbench list', or YAML file."
+        ),
+    ],
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="DIAL=VALUES",
+            help="FIRST:LAST:STEP with both ends, or VALUE,VALUE,...; twice for a map.",
+        ),
+    ],
+    trackers: Trackers = DEFAULT_TRACKERS,
+    seeds: Seeds = "0:3",
+    repetitions: Repetitions = 1,
+    frames: Frames = None,
+    out: Out = None,
+    jobs: Jobs = None,
+    timeout: Timeout = 300.0,
+    fresh: Fresh = False,
+    cluster: Cluster = "",
+) -> None:
+    """Turn one or two dials of a scenario and find where each tracker breaks.
+
+    A value that cannot be reached is left out and said; it fails no sweep.
+    """
+    from simbench.evaluation.sweep_axes import Sweep, parse_axis
+    from simbench.experiments.request import Request, parse_seeds
+
+    base, *others = scenarios_from([scenario], frames)
+    if others:
+        raise SimbenchError(f"{scenario}: a sweep takes one variant, got several")
+    asked = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
+    request = Request(
+        tuple(asked.variants(base)),
+        trackers_from(trackers),
+        parse_seeds(seeds),
+        repetitions,
+        timeout,
+        asked,
+    )
+    console = Console()
+    outcome = carry_out(console, request, out, jobs=jobs, cluster=cluster, fresh=fresh)
+    if outcome.swept is not None:
+        _print(console, outcome.swept)
+    conclude(console, outcome)
+
+
+def _print(console: Console, swept: Swept) -> None:
+    """Print scores by value of the dial, what was not reached, and breaking points."""
+    from simbench.report.sweep_text import breaking_table, notes, point_table
+
+    print_table(console, *point_table(swept))
+    for note in notes(swept):
+        console.print(note, style="yellow", markup=False, soft_wrap=True)
+    print_table(console, *breaking_table(swept))

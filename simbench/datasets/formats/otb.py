@@ -1,0 +1,120 @@
+"""The layout of the object tracking benchmark (OTB), under that benchmark's own names.
+
+::
+
+    NAME/img/0001.jpg              1-based, to 9999; PNG bytes, nothing is lost
+    NAME/groundtruth_rect.txt      left,top,width,height
+    names.csv                      which scenario and seed each name stands for
+
+Its readers take no other names than those of its 100 sequences, so ours borrow them,
+those with vehicles in the picture first. Left out are the names that got10k or the VOT
+toolkit trim to fixed frames or spell differently. Boxes are amodal, not cut at the
+image, and count from 0, since the readers hand them to trackers as they stand. The
+layout has no word for an absent target: its box is ``0,0,0,0``, which no tracker can
+overlap, so those frames count as misses in success curves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence
+from simbench.datasets.formats.files import (
+    csv_row,
+    require_anew,
+    write_pictures,
+    write_text,
+    writing_below,
+)
+from simbench.datasets.formats.labels import box_lines
+
+__all__ = ["NAMES", "Otb", "alias"]
+
+NAMES: Final = tuple(
+    """
+    Car1 Car2 Car4 Car24 CarDark CarScale Suv BlurCar2 BlurBody
+    Basketball Biker Bird1 Bird2 BlurFace BlurOwl Bolt Bolt2 Box Boy ClifBar Coke Couple
+    Coupon Crossing Crowds Dancer Dancer2 David2 David3 Deer Dog Dog1 Doll DragonBaby
+    Dudek FaceOcc1 FaceOcc2 Fish FleetFace Football Freeman1 Girl Girl2 Gym Human2
+    Human3 Human4 Human5 Human6 Human7 Human8 Human9 Ironman Jump Jumping KiteSurf
+    Lemming Liquor Man Matrix Mhyang MotorRolling MountainBike Panda RedTeam Rubik
+    Shaking Singer1 Singer2 Skater Skater2 Skating1 Skiing Soccer Subway Surfer
+    Sylvester Tiger1 Tiger2 Toy Trans Trellis Twinnings Vase Walking Walking2 Woman
+    """.split()
+)
+"""The names, in the order in which sequences get them."""
+
+_MOST_FRAMES: Final = 9_999  # whose names have four digits, as readers sort them
+
+
+def alias(position: int) -> str:
+    """Return the name that the sequence in that 0-based place gets.
+
+    Raises
+    ------
+    DatasetError
+        If there are no names left.
+
+    Examples
+    --------
+    >>> alias(0)
+    'Car1'
+    """
+    if position >= len(NAMES):
+        raise DatasetError(
+            f"format otb: its readers skip all but {len(NAMES)} names, so a data set "
+            f"holds at most {len(NAMES)} sequences: take format got10k for more"
+        )
+    return NAMES[position]
+
+
+class Otb:
+    """Sequences as OTB stores them; see the module."""
+
+    name = "otb"
+
+    def write(self, sequence: Sequence, name: str, root: Path) -> dict[str, Any]:
+        """Write one sequence, see `simbench.datasets.formats.Format`.
+
+        Raises
+        ------
+        DatasetError
+            If ``name`` is none of `NAMES`, or there are more than 9,999 frames, too.
+        """
+        if name not in NAMES:
+            raise DatasetError(
+                f"format otb: its readers would skip {name!r} without a word: the name "
+                f"must be one of {len(NAMES)} names of that benchmark, such as "
+                f"{NAMES[0]!r}"
+            )
+        if len(sequence) > _MOST_FRAMES:
+            raise DatasetError(
+                f"format otb: wanted at most {_MOST_FRAMES} frames, the names of its "
+                f"pictures have four digits, got {len(sequence)} in {sequence.name}"
+            )
+        folder = root / name
+        with writing_below(root):
+            write_pictures(
+                sequence.frames, lambda i: folder / "img" / f"{i + 1:04d}.jpg"
+            )
+            rows = box_lines(sequence.truth.boxes)
+            write_text(folder / "groundtruth_rect.txt", rows)
+        return {"name": name, "scenario": sequence.name, "seed": sequence.seed}
+
+    def index(
+        self, entries: Iterable[Mapping[str, Any]]
+    ) -> Iterator[tuple[str, Iterable[str]]]:
+        """Yield the map of names, and the list that the VOT toolkit asks for."""
+        require_anew(entries)
+        yield "names.csv", _name_rows(entries)
+        yield "list.txt", (f"{entry['name']}\n" for entry in entries)
+
+
+def _name_rows(entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    columns = ("name", "scenario", "seed")
+    yield csv_row(*columns)
+    for entry in entries:
+        yield csv_row(*(entry[column] for column in columns))

@@ -1,1 +1,0 @@
-"""From effects to causes: what makes a story look as its dials ask."""

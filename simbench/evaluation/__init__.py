@@ -1,0 +1,1 @@
+"""Run trackers over sequences, score the tracks, and compare scores."""

@@ -1,0 +1,380 @@
+"""Measures of one track against the truth, as pure functions on arrays.
+
+Frame rule, for every share and every curve here: frame 0 is the box the tracker was
+given and is not scored; frames in which the target is absent are not scored, but
+counted; a frame without an estimate (NaN, after a failure) is a miss: overlap 0,
+centre error infinite. Shares are over the scored frames of one run, and are averaged
+over runs afterwards, each run counting once. So GOT-10k's frame 0 and absent frames
+are treated as GOT-10k treats them; the OTB toolkits (got10k ``ExperimentOTB``, pysot,
+pytracking) also count frame 0 as a hit, and pytracking and pysot divide by all frames,
+absent ones included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core import box
+
+__all__ = [
+    "NORM_PRECISION_THRESHOLDS",
+    "PRECISION_THRESHOLDS",
+    "SUCCESS_THRESHOLDS",
+    "FrameMeasure",
+    "center_error",
+    "frame_overlap",
+    "frames_per_second",
+    "norm_center_error",
+    "norm_precision",
+    "norm_precision_area",
+    "norm_precision_curve",
+    "particle_usage",
+    "precision",
+    "precision_curve",
+    "scored_frames",
+    "success",
+    "success_area",
+    "success_curve",
+]
+
+# (T, 4) estimates and (T, 4) truth, px, to one number a frame, (T,)
+FrameMeasure: TypeAlias = Callable[
+    [NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
+]
+
+# Fractions, not steps added up: index 10 of the success thresholds is exactly 0.5.
+PRECISION_THRESHOLDS: Final = np.arange(51, dtype=np.float64)
+SUCCESS_THRESHOLDS: Final = np.arange(21) / 20.0
+NORM_PRECISION_THRESHOLDS: Final = np.arange(51) / 100.0
+
+
+def scored_frames(absent: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which frames count.
+
+    Parameters
+    ----------
+    absent : (T,) bool
+        No part of the target projects into the image.
+
+    Returns
+    -------
+    (T,) bool
+        True except in frame 0, which is given, and where the target is absent. A
+        target that is hidden but inside the image counts: finding it is the task.
+    """
+    scored = ~absent
+    scored[:1] = False
+    return scored
+
+
+def center_error(
+    estimates: NDArray[np.float64], truth: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the distance between the centres of estimate and truth, frame by frame.
+
+    Parameters
+    ----------
+    estimates, truth : (T, 4) float, px
+        ``left, top, width, height``.
+
+    Returns
+    -------
+    (T,) float, px, in [0, inf]
+        NaN where the truth is NaN; infinite where only the estimate is.
+
+    Notes
+    -----
+    Equal to got10k, pysot, pytracking and the OTB toolkit, which put the centre at
+    ``left + (width - 1) / 2``: the half pixel cancels in the difference.
+    """
+    offset = box.centers(estimates) - box.centers(truth)
+    return _missed(np.hypot(offset[:, 0], offset[:, 1]), truth, np.inf)
+
+
+def norm_center_error(
+    estimates: NDArray[np.float64], truth: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the centre error in units of the true box, frame by frame.
+
+    The offset is divided by the width and height of the truth, each taken as at least
+    1 px, before its length is taken.
+
+    Parameters
+    ----------
+    estimates, truth : (T, 4) float, px
+        ``left, top, width, height``.
+
+    Returns
+    -------
+    (T,) float, in [0, inf]
+        NaN where the truth is NaN; infinite where only the estimate is.
+
+    References
+    ----------
+    Mueller et al. (2018), "TrackingNet: a large-scale dataset and benchmark for object
+    tracking in the wild", ECCV. The floor of 1 px is that of the got10k toolkit.
+    """
+    offset = box.centers(estimates) - box.centers(truth)
+    offset = offset / np.maximum(truth[:, 2:], 1.0)
+    return _missed(np.hypot(offset[:, 0], offset[:, 1]), truth, np.inf)
+
+
+def frame_overlap(
+    estimates: NDArray[np.float64], truth: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the intersection over union of estimate and truth, frame by frame.
+
+    Parameters
+    ----------
+    estimates, truth : (T, 4) float, px
+        ``left, top, width, height``; neither is clipped to the image.
+
+    Returns
+    -------
+    (T,) float, in [0, 1]
+        NaN where the truth is NaN; 0 where only the estimate is.
+
+    Notes
+    -----
+    Continuous area, as in got10k, pysot, pytracking and the OTB toolkit. GOT-10k's
+    own scores first clip both boxes to the image; the VOT toolkit rasters them.
+    """
+    return _missed(box.overlap(estimates, truth), truth, 0.0)
+
+
+def precision_curve(errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of frames whose centre error is at most 0, 1, ..., 50 px.
+
+    Parameters
+    ----------
+    errors : (F,) float, px
+        Centre errors of the scored frames; infinite for a miss.
+
+    Returns
+    -------
+    (51,) float, in [0, 1]
+        One value for each of `PRECISION_THRESHOLDS`, **inclusive**; never falling.
+        NaN if there is no frame.
+
+    References
+    ----------
+    Wu, Lim, Yang (2015), "Object tracking benchmark", IEEE TPAMI 37(9); used by
+    Jati, Gunawan et al., "Dynamic swarm particle for fast motion vehicle tracking",
+    ETRI Journal 2020 (DSP), section 4.3. Inclusive as in got10k, pysot, pytracking.
+    """
+    return _share(errors[:, None] <= PRECISION_THRESHOLDS)
+
+
+def precision(errors: NDArray[np.float64], threshold_px: float = 20.0) -> float:
+    """Return the share of frames whose centre error is at most a threshold.
+
+    Parameters
+    ----------
+    errors : (F,) float, px
+        Centre errors of the scored frames; infinite for a miss.
+    threshold_px : float, px
+        **Inclusive**. At 20 it is the precision score of the object tracking benchmark
+        and element 20 of `precision_curve`.
+
+    Returns
+    -------
+    float, in [0, 1]
+        NaN if there is no frame.
+    """
+    return float(_share(errors <= threshold_px))
+
+
+def success_curve(overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of frames whose overlap is above 0, 0.05, ..., 1.
+
+    Parameters
+    ----------
+    overlaps : (F,) float, in [0, 1]
+        Overlaps of the scored frames; 0 for a miss.
+
+    Returns
+    -------
+    (21,) float, in [0, 1]
+        One value for each of `SUCCESS_THRESHOLDS`, **strict**; never rising. The last
+        is always 0, and a frame without any overlap fails even the first. NaN if there
+        is no frame.
+
+    References
+    ----------
+    Wu, Lim, Yang (2015), "Object tracking benchmark", IEEE TPAMI 37(9); used by
+    Jati, Gunawan et al., "Dynamic swarm particle for fast motion vehicle tracking",
+    ETRI Journal 2020 (DSP), section 4.3. Strict as in got10k, pysot, pytracking; the
+    VOT toolkit's plot has 100 thresholds and is inclusive at 1.
+    """
+    return _share(overlaps[:, None] > SUCCESS_THRESHOLDS)
+
+
+def success(overlaps: NDArray[np.float64], threshold: float = 0.5) -> float:
+    """Return the share of frames whose overlap is above a threshold.
+
+    Parameters
+    ----------
+    overlaps : (F,) float, in [0, 1]
+        Overlaps of the scored frames; 0 for a miss.
+    threshold : float, in [0, 1]
+        **Strict**: an overlap of exactly 0.5 is no success at 0.5. At 0.5 it is
+        GOT-10k's success rate and element 10 of `success_curve`.
+
+    Returns
+    -------
+    float, in [0, 1]
+        NaN if there is no frame.
+    """
+    return float(_share(overlaps > threshold))
+
+
+def success_area(overlaps: NDArray[np.float64]) -> float:
+    """Return the area under the success curve: the mean of its 21 values.
+
+    Parameters
+    ----------
+    overlaps : (F,) float, in [0, 1]
+        Overlaps of the scored frames; 0 for a miss.
+
+    Returns
+    -------
+    float, in [0, 20/21]
+        20/21 = 0.952 for perfect boxes, since nothing is above 1. NaN if there is no
+        frame.
+
+    Notes
+    -----
+    The "success score" or AUC of got10k's OTB experiment, pysot, pytracking and the
+    OTB toolkit. With more thresholds it tends to the mean overlap.
+    """
+    return float(success_curve(overlaps).mean())
+
+
+def norm_precision_curve(errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of frames whose normalised error is at most 0, 0.01, ..., 0.5.
+
+    Parameters
+    ----------
+    errors : (F,) float
+        Normalised centre errors of the scored frames; infinite for a miss.
+
+    Returns
+    -------
+    (51,) float, in [0, 1]
+        One value for each of `NORM_PRECISION_THRESHOLDS`, **inclusive**. NaN if there
+        is no frame.
+    """
+    return _share(errors[:, None] <= NORM_PRECISION_THRESHOLDS)
+
+
+def norm_precision(errors: NDArray[np.float64], threshold: float = 0.2) -> float:
+    """Return the share of frames whose normalised error is at most a threshold.
+
+    Parameters
+    ----------
+    errors : (F,) float
+        Normalised centre errors of the scored frames; infinite for a miss.
+    threshold : float
+        **Inclusive**. At 0.2 it is what pytracking and pysot print as normalised
+        precision; got10k's LaSOT and TrackingNet experiments print
+        `norm_precision_area` under the same name.
+
+    Returns
+    -------
+    float, in [0, 1]
+        NaN if there is no frame.
+    """
+    return float(_share(errors <= threshold))
+
+
+def norm_precision_area(errors: NDArray[np.float64]) -> float:
+    """Return the mean of the 51 values of the normalised precision curve.
+
+    Parameters
+    ----------
+    errors : (F,) float
+        Normalised centre errors of the scored frames; infinite for a miss.
+
+    Returns
+    -------
+    float, in [0, 1]
+        What got10k's LaSOT and TrackingNet experiments print as normalised precision;
+        not the value at 0.2. NaN if there is no frame.
+    """
+    return float(norm_precision_curve(errors).mean())
+
+
+def frames_per_second(seconds: NDArray[np.float64]) -> float:
+    """Return the number of updates over the total time they took.
+
+    Parameters
+    ----------
+    seconds : (T,) float, s
+        Wall time of the initialisation (element 0) and of each update; NaN from a
+        failure on.
+
+    Returns
+    -------
+    float, 1/s
+        Initialisation is excluded: over a short sequence it would hide the running
+        speed. Updates that gave no answer are excluded. NaN without a timed update.
+
+    Notes
+    -----
+    Total frames over total time. The got10k toolkit prints the mean of ``1 / seconds``
+    with initialisation included, which one fast frame can lift without bound.
+    """
+    updates = seconds[1:]
+    updates = updates[np.isfinite(updates)]
+    total = float(updates.sum())
+    return len(updates) / total if total > 0.0 else float("nan")
+
+
+def particle_usage(
+    particles: NDArray[np.int64], answered: NDArray[np.bool_]
+) -> tuple[float, float]:
+    """Return the least and the mean number of particles a frame.
+
+    Parameters
+    ----------
+    particles : (T,) int
+        Likelihood evaluations by frame; element 0 (initialisation) is not counted.
+    answered : (T,) bool
+        Frames with an estimate; the others are not counted. Absent frames are: the
+        tracker works there too.
+
+    Returns
+    -------
+    least, mean : float
+        NaN if no frame counts.
+
+    References
+    ----------
+    Particle usage as tabulated by Yildirim et al., "direction-based modified particle
+    filter for vehicle tracking", ETRI Journal (DPF), table 1.
+    """
+    used = particles[1:][answered[1:]]
+    if used.size == 0:
+        return float("nan"), float("nan")
+    return float(used.min()), float(used.mean())
+
+
+def _missed(
+    values: NDArray[np.float64], truth: NDArray[np.float64], miss: float
+) -> NDArray[np.float64]:
+    """Put ``miss`` where there is a truth but no value."""
+    known = np.isfinite(truth).all(axis=1)
+    filled = np.where(np.isnan(values), miss, values)
+    return np.where(known, filled, np.nan)
+
+
+def _share(hits: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the share of true elements along the first axis; NaN if it is empty."""
+    if len(hits) == 0:
+        return np.full(hits.shape[1:], np.nan)
+    share: NDArray[np.float64] = np.asarray(hits.mean(axis=0), dtype=np.float64)
+    return share

@@ -1,0 +1,114 @@
+"""The columns of the score tables, and the tables on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+import pyarrow as pa
+
+from simbench.core.atomic_write import written_whole
+from simbench.core.errors import DatasetError
+
+__all__ = ["FRAME_TYPES", "KEYS", "RUN_TYPES", "read_table", "typed", "write_table"]
+
+KEYS: Final = ("scenario", "variant", "seed", "tracker", "repetition")
+
+# Columns and their types. A seed is <NA> for recorded data; the seed of a track is
+# written in decimal digits, since it may exceed 64 bits.
+_KEY_TYPES: Final = dict(
+    zip(KEYS, ("str", "str", "Int64", "str", "int64"), strict=True)
+)
+RUN_TYPES: Final = {
+    **_KEY_TYPES,
+    "status": "str",
+    "precision_20": "float64",
+    "success_50": "float64",
+    "success_auc": "float64",
+    "norm_precision": "float64",
+    "center_error_px": "float64",
+    "fps": "float64",
+    "particles_min": "float64",
+    "particles_mean": "float64",
+    "reason": "str",
+    "frames": "int64",
+    "frames_scored": "int64",
+    "frames_absent": "int64",
+    "frames_lost": "int64",
+    "norm_precision_area": "float64",
+    "center_error_median_px": "float64",
+    "seconds_init": "float64",
+    "seconds_p95": "float64",
+    "seconds_total": "float64",
+    "track_seed": "str",
+    "digest": "str",
+    "redraws": "int64",
+}
+FRAME_TYPES: Final = {
+    **_KEY_TYPES,
+    "frame": "int64",
+    "time_s": "float64",
+    "left": "float64",
+    "top": "float64",
+    "width": "float64",
+    "height": "float64",
+    "confidence": "float64",
+    "particles": "int64",
+    "seconds": "float64",
+    "center_error_px": "float64",
+    "norm_center_error": "float64",
+    "overlap": "float64",
+    "truth_left": "float64",
+    "truth_top": "float64",
+    "truth_width": "float64",
+    "truth_height": "float64",
+    "visible_fraction": "float64",
+    "absent": "bool",
+    "occluder": "str",
+    "scored": "bool",
+}
+
+
+def typed(table: pd.DataFrame, types: Mapping[str, str]) -> pd.DataFrame:
+    """Return the table with the columns named in ``types`` turned into these types."""
+    return table.astype({name: kind for name, kind in types.items() if name in table})
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as Parquet, whole: under another name first, then renamed.
+
+    Raises
+    ------
+    DatasetError
+        If the place cannot be written to.
+    """
+    try:
+        with written_whole(path) as partial:
+            table.to_parquet(partial, index=False)
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def read_table(path: Path, types: Mapping[str, str]) -> pd.DataFrame:
+    """Read a table that `write_table` wrote.
+
+    Raises
+    ------
+    DatasetError
+        If it is missing, no Parquet, or lacks a column of ``types``.
+    """
+    try:
+        table = pd.read_parquet(path)
+    except FileNotFoundError as error:
+        raise DatasetError(f"{path}: no such score table") from error
+    except (OSError, pa.ArrowException) as error:
+        first_line = str(error).partition("\n")[0]
+        raise DatasetError(f"{path}: not a readable table: {first_line}") from error
+    missing = [name for name in types if name not in table]
+    if missing:
+        raise DatasetError(
+            f"{path}: must have the columns of a score table, lacks {missing[0]}"
+        )
+    return typed(table, types)

@@ -1,0 +1,282 @@
+"""What the trackers reached: one table with a row a run, one with a row a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import pandas as pd
+
+from simbench.core.sequence import Sequence
+from simbench.core.tracker import Track
+from simbench.evaluation.score_columns import (
+    FRAME_TYPES,
+    KEYS,
+    RUN_TYPES,
+    read_table,
+    typed,
+    write_table,
+)
+from simbench.evaluation.score_tables import frame_table, measured
+
+__all__ = ["KEYS", "Scores", "score", "score_failure", "score_unmade"]
+
+_RUNS_FILE: Final = "scores.parquet"
+_FRAMES_FILE: Final = "frames.parquet"
+_SHARES: Final = (
+    "precision_20",
+    "success_50",
+    "success_auc",
+    "norm_precision",
+    "norm_precision_area",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """Scores of any number of runs, where a run is one tracker on one sequence.
+
+    Attributes
+    ----------
+    runs : DataFrame
+        One row a run. ``scenario, variant, seed, tracker, repetition`` name it;
+        ``status`` is ``ok``, ``failed`` or ``unreachable`` (no sequence can be made as
+        the scenario asks); ``requested.<dial>`` and ``achieved.<dial>`` are those of
+        the sequence, NaN where it has no such dial.
+        Then the measures over the scored frames (see `simbench.evaluation.measures` for
+        which those are): ``precision_20``, ``success_50``, ``success_auc``,
+        ``norm_precision`` (at 0.2), all in [0, 1]; ``center_error_px``, the mean over
+        the scored frames **with an estimate** (NaN where there is none: what a
+        failure missed shows in the shares and in ``frames_lost``); ``fps``;
+        ``particles_min, particles_mean`` a frame. Then ``reason`` of a failure,
+        ``frames``, ``frames_scored``, ``frames_absent``, ``frames_lost`` (without an
+        estimate), ``norm_precision_area``, ``center_error_median_px`` (over all scored
+        frames, infinite where most were lost), ``seconds_init``, ``seconds_p95`` (of
+        one update), ``seconds_total`` (with initialisation), ``track_seed``,
+        ``digest``, ``redraws``.
+    frames : DataFrame
+        One row a frame of a run: the same five names, ``frame``, ``time_s``, the
+        estimate ``left, top, width, height`` [px], ``confidence``, ``particles``,
+        ``seconds``, ``center_error_px``, ``norm_center_error``, ``overlap``,
+        ``truth_left, truth_top, truth_width, truth_height`` [px],
+        ``visible_fraction``, ``absent``, ``occluder``, ``scored``.
+    """
+
+    runs: pd.DataFrame
+    frames: pd.DataFrame
+
+    @classmethod
+    def concat(cls, parts: Iterable[Scores]) -> Scores:
+        """Put the rows of several scores below each other, in the order given.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        listed = list(parts)
+        if not listed:
+            raise ValueError("scores to put together must be at least one, got none")
+        runs = pd.concat([part.runs for part in listed], ignore_index=True)
+        # A table without rows has nothing to say about the types of the others.
+        filled = [part.frames for part in listed if len(part.frames)]
+        frames = pd.concat(filled or [listed[0].frames], ignore_index=True)
+        return cls(runs[_run_order(runs.columns)], frames)
+
+    @classmethod
+    def read(cls, folder: Path) -> Scores:
+        """Read what `write` wrote.
+
+        Raises
+        ------
+        DatasetError
+            If a table is missing, unreadable, or lacks a column.
+        """
+        runs = read_table(folder / _RUNS_FILE, RUN_TYPES)
+        frames = read_table(folder / _FRAMES_FILE, FRAME_TYPES)
+        return cls(runs, frames)
+
+    def write(self, folder: Path) -> None:
+        """Write ``scores.parquet`` and ``frames.parquet``, each of them whole.
+
+        The frames go first, so that a run listed in ``scores.parquet`` has its frames.
+
+        Raises
+        ------
+        DatasetError
+            If the folder cannot be written to.
+        """
+        write_table(self.frames, folder / _FRAMES_FILE)
+        write_table(self.runs, folder / _RUNS_FILE)
+
+
+def score(
+    track: Track,
+    sequence: Sequence,
+    *,
+    tracker: str = "",
+    repetition: int = 0,
+) -> Scores:
+    """Measure one track against the truth.
+
+    Parameters
+    ----------
+    track : Track
+        Over the frames of ``sequence``.
+    sequence : Sequence
+        Its pictures are not looked at if ``sequence.frames`` has a ``times_s`` array;
+        else each frame is read once for its time. The variant is that of its scenario.
+    tracker : str
+        Label of the tracker.
+    repetition : int
+        Which of several runs on the same sequence.
+
+    Returns
+    -------
+    Scores
+        One row in ``runs``, T rows in ``frames``.
+
+    Raises
+    ------
+    ValueError
+        If track and sequence differ in length.
+    """
+    if len(track.boxes) != len(sequence):
+        raise ValueError(
+            f"track of {tracker or 'a tracker'} must have the {len(sequence)} frames "
+            f"of {sequence.name}, got {len(track.boxes)}"
+        )
+    keys = _keys(sequence.name, sequence.variant, sequence.seed, tracker, repetition)
+    frames = frame_table(track, sequence, keys)
+    row = {
+        **keys,
+        "status": "failed" if track.failures else "ok",
+        **{f"requested.{dial}": value for dial, value in sequence.requested.items()},
+        **{f"achieved.{dial}": value for dial, value in sequence.achieved.items()},
+        **measured(frames),
+        "reason": "; ".join(
+            f"frame {failure.frame}: {failure.kind}: {failure.message}"
+            for failure in track.failures
+        ),
+        "track_seed": str(track.seed),
+        "digest": sequence.digest,
+        "redraws": sequence.redraws,
+    }
+    return Scores(_run_table(row), frames)
+
+
+def score_failure(
+    *,
+    scenario: str,
+    seed: int | None,
+    tracker: str,
+    reason: str,
+    frame_count: int = 0,
+    repetition: int = 0,
+    variant: str = "",
+) -> Scores:
+    """Return the row of a run that ended without a track: its process was killed.
+
+    All shares are 0, as for a track that has no estimate in any frame.
+
+    Parameters
+    ----------
+    scenario, seed, tracker, repetition, variant
+        Name of the run, as in `Scores.runs`.
+    reason : str
+        One line for the user.
+    frame_count : int
+        Frames of the sequence, 0 where unknown. All but the first count as scored
+        and lost.
+
+    Returns
+    -------
+    Scores
+        One row in ``runs``, none in ``frames``.
+    """
+    keys = _keys(scenario, variant, seed, tracker, repetition)
+    lost = max(frame_count - 1, 0)
+    missed = {
+        **dict.fromkeys(_SHARES, 0.0),
+        "frames": frame_count,
+        "frames_scored": lost,
+        "frames_lost": lost,
+        "center_error_median_px": np.inf,
+    }
+    return _without_frames(keys, "failed", reason, missed)
+
+
+def score_unmade(
+    *,
+    scenario: str,
+    seed: int | None,
+    tracker: str,
+    reason: str,
+    status: Literal["failed", "unreachable"],
+    repetition: int = 0,
+    variant: str = "",
+) -> Scores:
+    """Return the row of a run that was not made, which is no tracker's fault.
+
+    All measures are NaN: nothing was measured.
+
+    Parameters
+    ----------
+    scenario, seed, tracker, repetition, variant
+        Name of the run, as in `Scores.runs`.
+    reason : str
+        One line for the user.
+    status : {"failed", "unreachable"}
+        Whether something broke, or the scenario asks for what cannot be.
+
+    Returns
+    -------
+    Scores
+        One row in ``runs``, none in ``frames``.
+    """
+    keys = _keys(scenario, variant, seed, tracker, repetition)
+    return _without_frames(keys, status, reason, dict.fromkeys(_SHARES, np.nan))
+
+
+def _without_frames(
+    keys: Mapping[str, Any], status: str, reason: str, told: Mapping[str, float]
+) -> Scores:
+    frames = typed(pd.DataFrame(columns=list(FRAME_TYPES)), FRAME_TYPES)
+    row = {
+        **keys,
+        "status": status,
+        **measured(frames),
+        **told,
+        "reason": reason,
+        "track_seed": "",
+        "digest": "",
+        "redraws": 0,
+    }
+    return Scores(_run_table(row), frames)
+
+
+def _keys(
+    scenario: str, variant: str, seed: int | None, tracker: str, repetition: int
+) -> dict[str, Any]:
+    named = (scenario, variant, pd.NA if seed is None else seed, tracker, repetition)
+    return dict(zip(KEYS, named, strict=True))
+
+
+def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:
+    table = typed(pd.DataFrame([row]), RUN_TYPES)
+    return table[_run_order(table.columns)]
+
+
+def _run_order(columns: Iterable[str]) -> list[str]:
+    """Return the columns of ``runs`` in their order, dials as they came."""
+    names = list(columns)
+    dials = [
+        name
+        for kind in ("requested.", "achieved.")
+        for name in names
+        if name.startswith(kind)
+    ]
+    return [*KEYS, "status", *dials, *list(RUN_TYPES)[len(KEYS) + 1 :]]

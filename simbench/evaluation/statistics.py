@@ -1,0 +1,292 @@
+"""How scores spread over seeds.
+
+A seed is the unit of every spread: repetitions on one seed are averaged first, since
+they share the sequence and would make the spread look smaller than it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtr, stdtrit
+
+__all__ = [
+    "GROUP",
+    "Curve",
+    "Spread",
+    "bootstrap_interval",
+    "curve",
+    "expanded_levels",
+    "seed_draws",
+    "seed_means",
+    "spread",
+    "summary",
+]
+
+GROUP: Final = ("scenario", "variant", "tracker")
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """What n values amount to; NaN where n is too small to say.
+
+    Attributes
+    ----------
+    mean, minimum, maximum : float
+        NaN if ``count`` is 0.
+    sd : float
+        Sample standard deviation (n - 1); NaN if ``count`` is below 2.
+    low, high : float
+        Confidence interval of the mean; NaN if ``count`` is below 2.
+    count : int
+        Number of values that were not NaN.
+    """
+
+    mean: float
+    sd: float
+    minimum: float
+    maximum: float
+    low: float
+    high: float
+    count: int
+
+
+def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
+    """Return mean, standard deviation, range and confidence interval of values.
+
+    Parameters
+    ----------
+    values : (n,) float
+        One for each seed; NaN is left out.
+    level : float, in (0, 1)
+        Coverage of the interval.
+
+    Returns
+    -------
+    Spread
+        The interval is Student's t: mean plus or minus the quantile of t with n - 1
+        degrees of freedom times the standard error. With the three to twenty seeds of
+        a run it is honest where a bootstrap would be far too narrow. It may reach
+        outside [0, 1] for shares.
+
+    Examples
+    --------
+    >>> some = spread([1.0, 2.0, 3.0])
+    >>> some.mean, some.sd, some.count, round(some.high, 3)
+    (2.0, 1.0, 3, 4.484)
+    """
+    known = np.asarray(values, dtype=np.float64)
+    known = known[~np.isnan(known)]
+    count = len(known)
+    nan = float("nan")
+    if count == 0:
+        return Spread(nan, nan, nan, nan, nan, nan, 0)
+    mean, least, most = float(known.mean()), float(known.min()), float(known.max())
+    if count == 1 or not np.isfinite(mean):
+        return Spread(mean, nan, least, most, nan, nan, count)
+    sd = float(known.std(ddof=1))
+    half = float(stdtrit(count - 1, 0.5 + level / 2.0)) * sd / float(np.sqrt(count))
+    return Spread(mean, sd, least, most, mean - half, mean + half, count)
+
+
+def bootstrap_interval(
+    values: ArrayLike,
+    rng: np.random.Generator,
+    *,
+    level: float = 0.95,
+    draws: int = 1000,
+) -> tuple[float, float]:
+    """Return a bootstrap interval of the mean of values, which stays in their range.
+
+    Parameters
+    ----------
+    values : (n,) float
+        One for each seed; NaN is left out.
+    rng : numpy.random.Generator
+    level : float, in (0, 1)
+        Coverage, at the quantiles of `expanded_levels`.
+    draws : int
+        Bootstrap samples.
+
+    Returns
+    -------
+    low, high : float
+        NaN for fewer than two values.
+    """
+    known = np.asarray(values, dtype=np.float64)
+    known = known[~np.isnan(known)]
+    if len(known) < 2:
+        return float("nan"), float("nan")
+    means = seed_draws(len(known), draws, rng) @ known / len(known)
+    low, high = np.quantile(means, expanded_levels(len(known), level))
+    return float(low), float(high)
+
+
+def seed_draws(count: int, draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return how often each of ``count`` seeds comes in each bootstrap sample.
+
+    Returns
+    -------
+    (draws, count) int
+        Rows sum to ``count``.
+    """
+    return rng.multinomial(count, np.full(count, 1.0 / count), size=draws)
+
+
+def expanded_levels(count: int, level: float) -> tuple[float, float]:
+    """Return the two quantiles of bootstrap means to take for an interval.
+
+    The plain percentile interval of few values is too narrow. The tails are shrunk as
+    far as makes it as wide, for normal values, as Student's t: with three seeds, the
+    interval runs from the least to the greatest that was drawn.
+
+    Parameters
+    ----------
+    count : int
+        Number of values, at least 2.
+    level : float, in (0, 1)
+
+    References
+    ----------
+    Hesterberg (2015), "What teachers should know about the bootstrap", The American
+    Statistician 69(4), section 4.5 (the expanded percentile interval).
+
+    Examples
+    --------
+    >>> [round(tail, 4) for tail in expanded_levels(10, 0.95)]
+    [0.0086, 0.9914]
+    """
+    widest = stdtrit(count - 1, 0.5 - level / 2.0) * np.sqrt(count / (count - 1))
+    tail = float(ndtr(widest))
+    return tail, 1.0 - tail
+
+
+def seed_means(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
+    """Average the repetitions of each tracker on each seed.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        `simbench.evaluation.scores.Scores.runs`.
+    measures : sequence of str
+        Columns to average; NaN is left out.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scenario, variant, tracker and seed, in order of appearance,
+        with these four as columns and the measures.
+    """
+    keys = [*GROUP, "seed"]
+    grouped = runs.groupby(keys, sort=False, dropna=False)[list(measures)]
+    return grouped.mean().reset_index()
+
+
+def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
+    """Summarise measures over seeds, by scenario, variant and tracker.
+
+    Parameters
+    ----------
+    runs : DataFrame
+        `simbench.evaluation.scores.Scores.runs`.
+    measures : sequence of str
+        Columns to summarise.
+
+    Returns
+    -------
+    DataFrame
+        One row for each scenario, variant and tracker in order of appearance:
+        these three, ``seeds`` (how many), ``runs``, ``failed`` (how many of the runs
+        did not end well),
+        and for each measure ``<measure>.mean, .sd, .min, .max, .low, .high`` as in
+        `Spread`. Failed runs are part of it, with what they scored.
+    """
+    by_seed = seed_means(runs, measures)
+    groups = runs.groupby(list(GROUP), sort=False)
+    rows = []
+    for keys, seeds in by_seed.groupby(list(GROUP), sort=False):
+        group = groups.get_group(keys)
+        row: dict[str, object] = dict(zip(GROUP, keys, strict=True))
+        row["seeds"] = len(seeds)
+        row["runs"] = len(group)
+        row["failed"] = int((group["status"] != "ok").sum())
+        for measure in measures:
+            over = spread(seeds[measure])
+            row[f"{measure}.mean"] = over.mean
+            row[f"{measure}.sd"] = over.sd
+            row[f"{measure}.min"] = over.minimum
+            row[f"{measure}.max"] = over.maximum
+            row[f"{measure}.low"] = over.low
+            row[f"{measure}.high"] = over.high
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A curve averaged over seeds.
+
+    Attributes
+    ----------
+    mean : (K,) float
+        NaN where no seed has a value.
+    sd : (K,) float
+        Sample standard deviation over seeds; 0 for a single seed.
+    count : int
+        Number of seeds.
+    """
+
+    mean: NDArray[np.float64]
+    sd: NDArray[np.float64]
+    count: int
+
+
+def curve(
+    runs: pd.DataFrame,
+    frames: pd.DataFrame,
+    column: str,
+    shares: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+) -> Curve:
+    """Average a success or precision curve over the seeds of one tracker.
+
+    Parameters
+    ----------
+    runs, frames : DataFrame
+        Rows of `simbench.evaluation.scores.Scores` for one scenario, variant and
+        tracker.
+    column : str
+        Column of ``frames`` to take the curve of: ``overlap`` or ``center_error_px``.
+    shares : callable, (F,) float to (K,) float
+        `simbench.evaluation.measures.success_curve` or `precision_curve`.
+
+    Returns
+    -------
+    Curve
+        A failed run without frames is a curve of zeros. Runs without a sequence, or in
+        which no frame counts, are left out.
+    """
+    scored = frames[frames["scored"]]
+    known = {
+        keys: shares(group[column].to_numpy())
+        for keys, group in scored.groupby(["seed", "repetition"], dropna=False)
+    }
+    nothing = np.zeros_like(shares(np.zeros(1)))
+    by_seed: dict[object, list[NDArray[np.float64]]] = {}
+    measured = runs["success_50"].notna()
+    for run, is_measured in zip(runs.itertuples(), measured, strict=True):
+        found = known.get((run.seed, run.repetition))
+        if found is None and run.status == "failed" and is_measured:
+            found = nothing
+        if found is not None:
+            by_seed.setdefault(run.seed, []).append(found)
+    if not by_seed:
+        return Curve(np.full_like(nothing, np.nan), np.zeros_like(nothing), 0)
+    curves = np.array([np.mean(one, axis=0) for one in by_seed.values()])
+    count = len(curves)
+    sd = curves.std(axis=0, ddof=1) if count > 1 else np.zeros_like(nothing)
+    return Curve(curves.mean(axis=0), sd, count)

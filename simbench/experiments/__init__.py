@@ -1,0 +1,1 @@
+"""Runs of many trackers on many scenarios and seeds, and their run folders."""

@@ -1,0 +1,195 @@
+"""What is asked of a run: which scenarios, seeds and trackers, and how often."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simbench.core.errors import SimbenchError
+from simbench.evaluation.sweep_axes import Sweep
+from simbench.runtime.code_digest import digest_of
+from simbench.scenarios.schema import Scenario
+from simbench.trackers.find_tracker import TrackerSpec
+
+__all__ = [
+    "Request",
+    "full_name",
+    "parse_seeds",
+    "path_safe",
+    "spec_text",
+    "track_seed",
+]
+
+MAX_SEEDS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """The grid of a run: every tracker on every scenario and seed.
+
+    Attributes
+    ----------
+    scenarios : tuple of Scenario
+        Names with variants differ.
+    trackers : tuple of TrackerSpec
+        Labels differ.
+    seeds : tuple of int
+        Non-negative and distinct; one sequence a scenario and seed.
+    repetitions : int
+        Runs of each tracker on the same sequence, each with a seed of its own.
+    timeout_s : float, s
+        Wall time one tracker may take over one sequence.
+    sweep : Sweep or None
+        Which dials the variants turn, where they are those of a sweep.
+
+    Raises
+    ------
+    SimbenchError
+        If anything is empty, double or out of range.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    trackers: tuple[TrackerSpec, ...]
+    seeds: tuple[int, ...]
+    repetitions: int = 1
+    timeout_s: float = 300.0
+    sweep: Sweep | None = None
+
+    def __post_init__(self) -> None:
+        """Check what a user may have got wrong."""
+        _check_distinct("scenario names", (full_name(s) for s in self.scenarios))
+        _check_distinct("tracker labels", (t.label for t in self.trackers))
+        _check_distinct("seeds", self.seeds)
+        if self.repetitions < 1:
+            raise SimbenchError(
+                f"repetitions must be at least 1, got {self.repetitions}"
+            )
+        if not 0.0 < self.timeout_s < math.inf:
+            raise SimbenchError(f"timeout must be above 0 s, got {self.timeout_s:g}")
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over everything asked for, as hex."""
+        return digest_of(
+            [scenario.digest for scenario in self.scenarios],
+            [spec_text(tracker) for tracker in self.trackers],
+            self.seeds,
+            self.repetitions,
+            self.timeout_s,
+            self.sweep and self.sweep.facts(),
+        )
+
+    @property
+    def folder_name(self) -> str:
+        """A name for the run folder: the same for the same request."""
+        if self.sweep is not None:
+            names = [self.scenarios[0].name, *self.sweep.dials]
+            return f"sweep-{path_safe('-'.join(names))}-{self.digest[:8]}"
+        names = [path_safe(full_name(scenario)) for scenario in self.scenarios]
+        shown = "-".join(names[:2]) + ("-and-more" if len(names) > 2 else "")
+        return f"{shown}-{self.digest[:8]}"
+
+    def rng(self) -> np.random.Generator:
+        """Return the generator of all that is drawn from the run's scores."""
+        return np.random.default_rng(int(self.digest[:16], 16))
+
+
+def full_name(scenario: Scenario) -> str:
+    """Return the name of a scenario with its variant, as a user would write it."""
+    return "@".join(filter(None, (scenario.name, scenario.variant)))
+
+
+def path_safe(name: str) -> str:
+    """Return a name as part of a file's, 80 characters at most.
+
+    Examples
+    --------
+    >>> path_safe("poles@occlusion.hidden=0.5,noise=0")
+    'poles@occlusion.hidden=0.5,noise=0'
+    >>> path_safe("../tunnel@lit from/above")
+    '_tunnel@lit_from_above'
+    """
+    return re.sub(r"[^\w@.,=-]+", "_", name, flags=re.ASCII).lstrip(".")[:80]
+
+
+def spec_text(tracker: TrackerSpec) -> str:
+    """Return what a user would write to get this tracker, label and all."""
+    settings = "".join(
+        f"@{name}={json.dumps(value)}" for name, value in tracker.parameters.items()
+    )
+    plain = f"{tracker.name}{settings}"
+    return plain if tracker.label == plain else f"{tracker.label}={plain}"
+
+
+def parse_seeds(text: str) -> tuple[int, ...]:
+    """Read seeds: numbers and half-open ranges, separated by commas.
+
+    Raises
+    ------
+    SimbenchError
+        If it is something else, or a range is empty.
+
+    Examples
+    --------
+    >>> parse_seeds("0:3")
+    (0, 1, 2)
+    >>> parse_seeds("7,10:12")
+    (7, 10, 11)
+    """
+    seeds: list[int] = []
+    for part in text.split(","):
+        found = re.fullmatch(r"(\d{1,9})(?::(\d{1,9}))?", part.strip())
+        if found is None:
+            raise SimbenchError(
+                f"seeds must be like 0:5 (0 to 4) or 0,3,7, got {text!r}"
+            )
+        first = int(found[1])
+        end = first + 1 if found[2] is None else int(found[2])
+        if not first < end <= first + MAX_SEEDS:
+            raise SimbenchError(
+                f"seeds must be a range of 1 to {MAX_SEEDS} numbers, got {part!r}"
+            )
+        seeds.extend(range(first, end))
+    return tuple(seeds)
+
+
+def track_seed(scenario_seed: int, tracker: str, repetition: int) -> int:
+    """Return the seed of one tracker run.
+
+    It depends on nothing but the three arguments, so neither on the order of the work
+    nor on which other trackers run. Different parameters under one label share it:
+    ``condensation`` and ``condensation=condensation@particles=10`` draw from the same
+    stream.
+
+    Parameters
+    ----------
+    scenario_seed : int
+        Seed of the sequence.
+    tracker : str
+        Label of the tracker.
+    repetition : int
+
+    Returns
+    -------
+    int
+        In [0, 2^32), from `numpy.random.SeedSequence`.
+    """
+    label = int.from_bytes(hashlib.sha256(tracker.encode()).digest()[:8], "big")
+    sequence = np.random.SeedSequence([scenario_seed, label, repetition])
+    return int(sequence.generate_state(1)[0])
+
+
+def _check_distinct(what: str, values: Iterable[object]) -> None:
+    counts = Counter(values)
+    if not counts:
+        raise SimbenchError(f"{what}: wanted at least one, got none")
+    twice = [value for value, count in counts.items() if count > 1]
+    if twice:
+        raise SimbenchError(f"{what} must differ, got {twice[0]!r} more than once")

@@ -1,0 +1,1 @@
+"""Data sets of many sequences: request, production, manifest and index."""

@@ -1,0 +1,1 @@
+"""Find the causes in the scene of the effects that dials request in the picture."""

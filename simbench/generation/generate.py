@@ -1,0 +1,167 @@
+"""Making a sequence: traffic, film and truth from one scenario and one seed."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence
+from simbench.datasets.channels import (
+    channels_in,
+    clear_channels,
+    require_known,
+    write_channel,
+)
+from simbench.datasets.native import FrameFolder, read_sequence, write_frame
+from simbench.datasets.native import write_sequence as write_description
+from simbench.generation.attempts import film_as_asked
+from simbench.generation.digests import (
+    frame_digest,
+    frames_digest,
+    made_with,
+    trajectories_digest,
+    truth_digests,
+)
+from simbench.render.channel_recorder import ChannelRecorder
+from simbench.scenarios.achieved_dials import achieved_dials
+from simbench.scenarios.schema import Scenario
+
+__all__ = [
+    "finished_sequence",
+    "generate",
+    "sequence_digest",
+]
+
+logger = logging.getLogger(__name__)
+
+
+def sequence_digest(scenario: Scenario, seed: int) -> str:
+    """Return the SHA-256, as hex, of what decides a sequence: scenario and seed."""
+    return hashlib.sha256(f"{scenario.digest}:{seed}".encode()).hexdigest()
+
+
+def generate(
+    scenario: Scenario,
+    seed: int,
+    out: Path | None = None,
+    *,
+    channels: Iterable[str] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> Sequence:
+    """Simulate, film and describe one sequence.
+
+    Frames go to disk as they are made, so memory stays flat however long the story.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        See `simbench.load_scenario`.
+    seed : int
+        At least 0. The same scenario and seed give the same bytes on one machine.
+    out : Path, optional
+        Folder to write to (made if missing); a sequence that stands there is replaced.
+        By default a temporary folder that is removed when the sequence is no longer
+        used.
+    channels : iterable of str
+        What to record beside the pictures, see `simbench.datasets.channels`: ``depth``,
+        ``flow``.
+    progress : callable of (done, total), optional
+        Called after every frame.
+
+    Returns
+    -------
+    Sequence
+        Reads its frames lazily from the folder.
+
+    Raises
+    ------
+    ScenarioError, TrafficError, RenderError
+        If the story cannot be told, driven or filmed.
+    DatasetError
+        If the folder cannot be written, or a channel is not known.
+    ValueError
+        If ``seed`` is negative.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> sequence = simbench.generate(simbench.load_scenario("smoke"), seed=0)
+    >>> sequence.frames[0].image.shape
+    (120, 160, 3)
+    """
+    if seed < 0:
+        raise ValueError(f"seed must be at least 0, got {seed}")
+    asked = require_known(channels)
+    owner = None
+    if out is None:
+        owner = tempfile.TemporaryDirectory(prefix="simbench-sequence-")
+        out = Path(owner.name)
+    logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
+    _clear(out)
+
+    pictures: dict[int, bytes] = {}
+
+    def keep(index: int, image: NDArray[np.uint8]) -> None:
+        pictures[index] = frame_digest(image)
+        write_frame(out, index, image)
+
+    recorder = ChannelRecorder(asked, partial(write_channel, out)) if asked else None
+    stage, truth = film_as_asked(
+        scenario, seed, keep, channels=recorder, progress=progress
+    )
+    imaging = stage.scenario.imaging
+    sequence = Sequence(
+        name=scenario.name,
+        frames=FrameFolder(out, stage.trajectories.times),
+        truth=truth,
+        width=imaging.width_px,
+        height=imaging.height_px,
+        seed=seed,
+        cameras=stage.cameras,
+        lane_changes=stage.trajectories.lane_changes,
+        requested=scenario.dials.flat(),
+        achieved=achieved_dials(truth, stage.scenario),
+        scenario=scenario.model_dump(mode="json"),
+        digest=sequence_digest(scenario, seed),
+        redraws=stage.trajectories.redraws,
+        made_with=made_with(),
+        channels=channels_in(out, asked, len(stage.cameras)),
+    )
+    digests = {
+        "trajectories": trajectories_digest(stage.trajectories),
+        **truth_digests(sequence),
+        "frames": frames_digest(pictures[index] for index in range(len(sequence))),
+    }
+    sequence = replace(sequence, digests=digests)
+    write_description(out, sequence)
+    return read_sequence(out, owner=owner)
+
+
+def finished_sequence(folder: Path, scenario: Scenario, seed: int) -> Sequence | None:
+    """Return the sequence in a folder if it is whole, and that of scenario and seed."""
+    try:
+        sequence = read_sequence(folder)
+    except DatasetError:
+        return None
+    is_asked = sequence.digest == sequence_digest(scenario, seed)
+    return sequence if is_asked else None
+
+
+def _clear(folder: Path) -> None:
+    """Remove an earlier sequence, first of all what calls it finished."""
+    old = [folder / "sequence.json", folder / "truth.npz"]
+    try:
+        for path in [*old, *(folder / "frames").glob("[0-9]*.png")]:
+            path.unlink(missing_ok=True)
+        clear_channels(folder)
+    except OSError as error:
+        raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None

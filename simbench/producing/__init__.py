@@ -1,1 +1,0 @@
-"""Data sets at any scale: what is wanted, made, delivered and recorded."""

@@ -1,1 +1,0 @@
-"""Running trackers over scenarios and seeds in worker processes."""

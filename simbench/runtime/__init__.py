@@ -1,0 +1,1 @@
+"""What work runs on: worker processes, clusters, locks, versions and code digests."""

@@ -1,0 +1,123 @@
+"""What the bench finds on this machine, what is wrong, and which command mends it."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Literal
+
+from simbench import __version__
+from simbench.runtime.versions import core_count
+
+__all__ = ["Finding", "examine", "opengl_renderer"]
+
+_LIBRARIES = "libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libatomic1"
+_APT = f"apt-get install {_LIBRARIES}"
+_INSTALL = "pip install simbench-tracking"
+_TIMEOUT_S = 60.0
+
+# Each runs in a process of its own: a library that crashes is an answer too.
+_ASK_OPENGL = """
+from simbench.render.gl.offscreen import describe_context
+print(*describe_context().values(), sep=" | ")
+"""
+_ASK_SUMO = "import libsumo; print(libsumo.getVersion()[1].removeprefix('SUMO '))"
+_ASK_OPENCV = "import cv2; print(cv2.__version__)"
+_ASK_NUMBA = """
+import numba
+if numba.njit(lambda x: x + 1)(1) != 2:
+    raise SystemExit("compiles, but computes 1 + 1 wrongly")
+print(numba.__version__)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing looked for.
+
+    Attributes
+    ----------
+    name : str
+        What was looked for.
+    state : {"ok", "missing", "absent"}
+        There; needed and not there; not there, but only nice to have.
+    found : str
+        Version or description, or one line that says what is wrong.
+    remedy : str
+        Command that mends it; empty where nothing needs mending.
+    """
+
+    name: str
+    state: Literal["ok", "missing", "absent"]
+    found: str
+    remedy: str = ""
+
+
+def examine() -> list[Finding]:
+    """Look for everything the bench needs or likes, in a few seconds."""
+    return [
+        Finding("Python", "ok", f"{platform.python_version()} in {sys.prefix}"),
+        Finding("simbench", "ok", __version__),
+        _asked("SUMO", _ASK_SUMO, _APT),
+        _asked("OpenGL, offscreen", _ASK_OPENGL, _APT),
+        _asked("OpenCV", _ASK_OPENCV, _INSTALL),
+        _asked("numba", _ASK_NUMBA, _INSTALL),
+        _installed("pyrender", "pyrender", "pyrender-maintained"),
+        Finding("cores", "ok", str(core_count())),
+        _chromium(shutil.which),
+    ]
+
+
+def opengl_renderer() -> str:
+    """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
+    finding = _asked("OpenGL", _ASK_OPENGL, "")
+    return finding.found if finding.state == "ok" else ""
+
+
+def _asked(name: str, program: str, remedy: str) -> Finding:
+    """Run a Python program and take the last line that it prints."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_TIMEOUT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return Finding(name, "missing", f"no answer in {_TIMEOUT_S:g} s", remedy)
+    if done.returncode == 0:
+        return Finding(name, "ok", _last_line(done.stdout))
+    said = _last_line(done.stderr) or f"exit status {done.returncode}"
+    if done.returncode < 0:
+        said = f"crashed with signal {-done.returncode}"
+    return Finding(name, "missing", said, remedy)
+
+
+def _installed(name: str, *distributions: str) -> Finding:
+    for distribution in distributions:
+        try:
+            return Finding(name, "ok", version(distribution))
+        except PackageNotFoundError:
+            continue
+    return Finding(name, "missing", "not installed", _INSTALL)
+
+
+def _chromium(which: Callable[[str], str | None]) -> Finding:
+    for program in ("chromium", "chromium-browser", "google-chrome"):
+        path = which(program)
+        if path is not None:
+            return Finding("Chromium", "ok", path)
+    note = "not found; only the report's own test wants it"
+    return Finding("Chromium", "absent", note, "apt-get install chromium")
+
+
+def _last_line(text: str) -> str:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return lines[-1] if lines else ""

@@ -1,1 +1,0 @@
-"""One dial or two turned up: what is filmed, where trackers break."""

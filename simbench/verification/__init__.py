@@ -1,0 +1,1 @@
+"""Generate sequences and data sets again, and report what differs."""

@@ -1,1 +1,0 @@
-"""Making sequences anew, and telling what differs."""

@@ -1,0 +1,310 @@
+"""The command line as a user meets it: what it prints, and its exit statuses."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import cv2
+import pytest
+from rich.console import Console
+
+from simbench import __version__
+from simbench.cli import display, execute
+from simbench.datasets.native import read_sequence
+from simbench.evaluation.scores import Scores
+from tests.blind_scenario import blind_smoke
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_command_line_loads_nothing_heavy_to_start() -> None:
+    program = """
+import sys
+import simbench.cli
+heavy = {"cv2", "numpy", "pandas", "numba", "libsumo", "pyrender", "pydantic"}
+print(sorted(heavy & set(sys.modules)))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["--help"]) == 0
+    said = capsys.readouterr().out
+    for command in "run sweep generate check report list show doctor".split():
+        assert f" {command} " in said
+
+
+def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["--version"]) == 0
+    assert capsys.readouterr().out == f"simbench {__version__}\n"
+
+
+def test_list_tells_what_scenarios_test(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["list"]) == 0
+    said = capsys.readouterr().out
+    assert "every part works, in seconds" in said
+    assert "  @extreme" in said
+    assert "condensation" in said
+
+
+def test_schema_is_json_and_can_be_written(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["schema"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert "frames" in printed["properties"]
+    assert execute(["schema", "--out", "schema.json"]) == 0
+    assert json.loads(Path("schema.json").read_text()) == printed
+
+
+def test_schema_names_the_file_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert execute(["schema", "--out", "/proc/schema.json"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("simbench: /proc/schema.json: cannot be written: ")
+
+
+YAML = "title: t\ntests: t\nframes: 24\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        pytest.param("run nosuch", "unknown scenario 'nosuch'", id="scenario"),
+        pytest.param("run smok", "did you mean 'smoke'", id="misspelt scenario"),
+        pytest.param("run no/such.yaml", "no/such.yaml: cannot be read", id="no file"),
+        pytest.param("run ./broken.yaml", "broken.yaml: is not YAML", id="no YAML"),
+        pytest.param("run ./unknown.yaml", "colour: unknown key", id="unknown key"),
+        pytest.param("run ./range.yaml", "frames: ", id="value out of range"),
+        pytest.param("run smoke smoke", "scenario names must differ", id="twice"),
+        pytest.param(
+            "run smoke --trackers nosuch", "no tracker 'nosuch'", id="tracker"
+        ),
+        pytest.param("run smoke --trackers still,", "between commas", id="no tracker"),
+        pytest.param(
+            "run smoke --trackers still@size=3", "no parameter 'size'", id="parameter"
+        ),
+        pytest.param("run smoke --seeds 3:1", "seeds must be", id="seeds"),
+        pytest.param("run smoke --timeout 0", "timeout must be above", id="timeout"),
+        pytest.param("run smoke --jobs 0", "--jobs", id="jobs"),
+        pytest.param("run smoke --sedes 1", "No such option", id="option"),
+        pytest.param("run smoke --out .", "found other files", id="foreign folder"),
+        pytest.param("run smoke --out broken.yaml", "broken.yaml", id="out is a file"),
+        pytest.param("run", "Missing argument", id="nothing to run"),
+        pytest.param("report nosuch", "nosuch: not a run folder", id="no run"),
+        pytest.param("report .", "not a run folder", id="not a run"),
+        pytest.param("show smoke --frame 24", "must be below 24, got 24", id="frame"),
+        pytest.param("check --baseline no.json", "no.json: baseline", id="no baseline"),
+        pytest.param("check --baseline broken.yaml", "broken.yaml", id="bad baseline"),
+        pytest.param(
+            "check --baseline rows.json", "at least one row, has none", id="no rows"
+        ),
+        pytest.param(
+            "check --baseline x.json --update", "--reason", id="update without reason"
+        ),
+        pytest.param("generate smoke", "Missing option", id="nowhere to write to"),
+        pytest.param(
+            "generate smoke --out a --count 2 --seeds 0", "leave --seeds out", id="both"
+        ),
+        pytest.param(
+            "generate smoke --out a --seed 3", "--seed goes with --count", id="seed"
+        ),
+        pytest.param(
+            "generate smoke --out a --format b", "unknown format 'b'", id="format"
+        ),
+        pytest.param(
+            "generate smoke --out a --split train", "are not divided", id="split"
+        ),
+        pytest.param(
+            "generate smoke --out a --channels b", "channels must be", id="channel"
+        ),
+        pytest.param("generate smoke smoke --out a", "must differ", id="two of a name"),
+        pytest.param("generate smoke --out .", "found other files", id="foreign data"),
+        pytest.param("generate smoke --out foo://a", "not known", id="protocol"),
+        pytest.param("run ./drawn.yaml", "drawn anew for each seed", id="draws"),
+        pytest.param("sing", "No such command", id="command"),
+    ],
+)
+def test_mistake_is_one_line_and_status_2(
+    arguments: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("broken.yaml").write_text("name: [")
+    Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
+    Path("drawn.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
+    Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
+    settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
+    empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
+    Path("rows.json").write_text(json.dumps(empty))
+    assert execute(arguments.split()) == 2
+    said = capsys.readouterr()
+    assert said.err.startswith("simbench: ")
+    assert message in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "schema --out precious",
+        "schema --out .",
+        "show smoke --out precious",
+        "catalogue smoke --out precious",
+        "check --baseline rows.json --junit precious",
+        "check --baseline precious --update --reason why",
+    ],
+)
+def test_folder_in_place_of_a_file_is_refused_before_anything_is_done(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("precious").mkdir()
+    Path("precious/thesis.txt").write_text("years")
+    assert execute(command.split()) == 2
+    assert re.search(r"'--\w+': file '.*' is a directory\.$", capsys.readouterr().err)
+    assert Path("precious/thesis.txt").read_text() == "years"
+
+
+def test_debug_shows_the_traceback() -> None:
+    program = "from simbench.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", program, "--debug", "report", "nosuch"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "Traceback" in done.stderr
+    assert done.stderr.endswith("No such file or directory\n")
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_show_writes_the_frame_with_the_target_boxed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert execute(["show", "smoke", "--out", "a.png", "--frame", "2"]) == 0
+    assert capsys.readouterr().out == "a.png\n"
+    picture = cv2.imread("a.png")
+    assert picture is not None
+    assert picture.shape == (120, 160, 3)
+    assert (picture == (32, 64, 255)).all(axis=2).any()  # BGR of the target's box
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_generate_films_a_finished_sequence_again_only_where_told_to(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    command = ["generate", "smoke", "--seeds", "7", "--out", "films", "--frames"]
+    assert execute([*command, "4"]) == 0
+    folder = Path("films/smoke-0007")
+    assert capsys.readouterr().out.splitlines()[-1] == str(folder)
+    assert len(read_sequence(folder)) == 4
+    written = (folder / "sequence.json").stat().st_mtime_ns
+    assert execute([*command, "4"]) == 0
+    assert (folder / "sequence.json").stat().st_mtime_ns == written
+    assert execute([*command, "3"]) == 2
+    assert "say --replace" in capsys.readouterr().err
+    assert execute([*command, "3", "--replace"]) == 0
+    assert len(read_sequence(folder)) == 3
+    assert len(list((folder / "frames").iterdir())) == 3
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_run_ends_with_table_and_report_and_can_be_repeated_reported_and_done_afresh(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    command = "run smoke --frames 6 --seeds 0:2 --trackers still --jobs 1".split()
+    assert execute(command) == 0
+    said = capsys.readouterr().out
+    (folder,) = Path("results/runs").iterdir()
+    assert folder.name.startswith("smoke-")
+    assert "still" in said
+    assert said.endswith(f"report: {folder}/report.html\n")
+    assert Scores.read(folder).runs["seed"].tolist() == [0, 1]
+    written = (folder / "report.html").stat().st_mtime_ns
+
+    assert execute(command) == 0  # nothing is left to do
+    assert (folder / "report.html").stat().st_mtime_ns == written
+
+    assert execute(["report", str(folder)]) == 0  # films the first seed again
+    assert (folder / "report.html").stat().st_mtime_ns > written
+
+    done = {part: part.stat().st_mtime_ns for part in (folder / "parts").iterdir()}
+    assert execute([*command, "--fresh"]) == 0
+    assert len(done) == 2
+    assert all(part.stat().st_mtime_ns > before for part, before in done.items())
+
+
+def test_progress_is_a_line_now_and_then_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(display, "_LINE_EVERY_S", 0.0)
+    written = io.StringIO()
+    with display.progress_bar(Console(file=written)) as tell:
+        tell(0.0, 10.0, "starting")
+        tell(5.0, 10.0, "filming")
+    assert re.fullmatch(r" 50 %, about \d+ s left; filming\n", written.getvalue())
+
+
+def test_progress_is_a_bar_with_time_left_on_a_terminal() -> None:
+    written = io.StringIO()
+    console = Console(file=written, force_terminal=True, width=80)
+    with display.progress_bar(console) as tell:
+        tell(5.0, 10.0, "filming")
+    assert "filming" in written.getvalue()
+    assert " 50%" in written.getvalue()
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_failed_run_is_said_and_status_1(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("blind.yaml").write_text(blind_smoke().model_dump_json())  # JSON is YAML
+    command = "run ./blind.yaml --seeds 0 --trackers still --jobs 1"
+    assert execute(command.split()) == 1
+    said = capsys.readouterr().out
+    assert "failed: still on blind, seed 0: no sequence: blind: " in said
+
+
+@pytest.mark.sumo
+@pytest.mark.gl
+def test_check_is_green_on_the_same_code_and_red_with_a_tenth_of_the_particles(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    settings = {
+        "scenarios": [{"name": "smoke", "frames": 12}],
+        "seeds": [0, 1],
+        "trackers": ["condensation", "still"],
+    }
+    empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
+    Path("ci.json").write_text(json.dumps(empty))
+    check = ["check", "--baseline", "ci.json", "--jobs", "1"]
+    assert execute([*check, "--update", "--reason", "first numbers"]) == 0
+    assert json.loads(Path("ci.json").read_text())["reason"] == "first numbers"
+    capsys.readouterr()
+
+    assert execute([*check, "--junit", "ci.xml"]) == 0
+    assert "0 of 6 checks failed" in capsys.readouterr().out
+    assert ElementTree.parse("ci.xml").getroot().attrib["failures"] == "0"
+
+    fewer = ["--trackers", "condensation=condensation@particles=10"]
+    assert execute([*check, *fewer]) == 1
+    assert "particles_mean was 100.0" in capsys.readouterr().out
+
+    only = ["--trackers", " still", "--update", "--reason", "still moves"]
+    before = json.loads(Path("ci.json").read_text())
+    assert execute([*check, *only]) == 0  # and leaves the other tracker as it was
+    after = json.loads(Path("ci.json").read_text())
+    assert after == before | {"reason": "still moves"}

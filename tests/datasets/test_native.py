@@ -1,0 +1,218 @@
+"""The bench's own layout on disk: what goes in comes out, and rubbish is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import json
+import tempfile
+import weakref
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simbench.core.errors import DatasetError
+from simbench.core.sequence import Sequence
+from simbench.datasets.native import (
+    FrameFolder,
+    is_finished,
+    read_sequence,
+    write_frame,
+    write_sequence,
+)
+
+
+def assert_same(first: Any, second: Any, path: str = "sequence") -> None:
+    """Compare two values field by field, arrays to the bit and with their type."""
+    if isinstance(first, np.ndarray):
+        assert first.dtype == second.dtype, path
+        np.testing.assert_array_equal(first, second, err_msg=path)
+    elif dataclasses.is_dataclass(first):
+        assert type(first) is type(second), path
+        for field in dataclasses.fields(first):
+            name = field.name
+            assert_same(getattr(first, name), getattr(second, name), f"{path}.{name}")
+    elif isinstance(first, dict):
+        assert first.keys() == second.keys(), path
+        for key in first:
+            assert_same(first[key], second[key], f"{path}[{key}]")
+    elif isinstance(first, list | tuple | FrameFolder):
+        assert len(first) == len(second), path
+        for i, (a, b) in enumerate(zip(first, second, strict=True)):
+            assert_same(a, b, f"{path}[{i}]")
+    else:
+        assert first == second or (first != first and second != second), path
+
+
+@pytest.fixture
+def folder(tiny: Sequence, tmp_path: Path) -> Path:
+    write_sequence(tmp_path / "tiny", tiny)
+    return tmp_path / "tiny"
+
+
+def test_sequence_comes_back_exactly(tiny: Sequence, folder: Path) -> None:
+    assert_same(tiny, read_sequence(folder))
+
+
+def test_sequence_without_vehicles_cameras_or_scenario_comes_back_exactly(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    bare = dataclasses.replace(
+        tiny,
+        truth=dataclasses.replace(tiny.truth, vehicles=None),
+        cameras=(),
+        lane_changes=(),
+        scenario=None,
+        seed=None,
+        digest="",
+    )
+    write_sequence(tmp_path, bare)
+    assert_same(bare, read_sequence(tmp_path))
+
+
+def test_sequence_without_masks_comes_back_without_masks(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    assert tiny.truth.vehicles is not None
+    vehicles = dataclasses.replace(tiny.truth.vehicles, masks=())
+    truth = dataclasses.replace(tiny.truth, vehicles=vehicles)
+    write_sequence(tmp_path, dataclasses.replace(tiny, truth=truth))
+    found = read_sequence(tmp_path).truth.vehicles
+    assert found is not None
+    assert found.masks == ()
+
+
+def test_writing_the_same_sequence_twice_gives_the_same_bytes(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        write_sequence(tmp_path / name, tiny)
+    files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*.*"))
+    assert len(files) == len(tiny) + 2
+    for file in files:
+        assert (tmp_path / "a" / file).read_bytes() == (
+            tmp_path / "b" / file
+        ).read_bytes()
+
+
+def test_image_is_read_only(folder: Path) -> None:
+    image = read_sequence(folder).frames[0].image
+    with pytest.raises(ValueError, match="read-only"):
+        image[0, 0, 0] = 1
+
+
+def test_frames_are_not_kept(folder: Path) -> None:
+    frames = read_sequence(folder).frames
+    seen = weakref.ref(frames[0].image)
+    gc.collect()
+    assert seen() is None
+
+
+def test_last_frame_is_minus_one(folder: Path) -> None:
+    frames = read_sequence(folder).frames
+    assert frames[-1].index == len(frames) - 1
+    with pytest.raises(IndexError):
+        frames[len(frames)]
+
+
+def test_slice_is_lazy_and_keeps_frame_numbers(folder: Path) -> None:
+    part = read_sequence(folder).frames[2:6:2]
+    assert isinstance(part, FrameFolder)
+    assert [frame.index for frame in part] == [2, 4]
+    assert part.times_s.tolist() == [2 / 25.0, 4 / 25.0]
+
+
+def test_writing_metadata_leaves_streamed_frames_alone(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    for frame in tiny.frames:
+        write_frame(tmp_path, frame.index, frame.image)
+    before = (tmp_path / "frames" / "000000.png").stat().st_mtime_ns
+    times = np.array([frame.time_s for frame in tiny.frames])
+    streamed = dataclasses.replace(tiny, frames=FrameFolder(tmp_path, times))
+    write_sequence(tmp_path, streamed)
+    assert (tmp_path / "frames" / "000000.png").stat().st_mtime_ns == before
+    assert_same(tiny, read_sequence(tmp_path))
+
+
+def test_folder_is_unfinished_until_the_sequence_is_whole(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    write_frame(tmp_path, 0, tiny.frames[0].image)
+    assert not is_finished(tmp_path)
+    with pytest.raises(DatasetError, match=r"no readable sequence\.json"):
+        read_sequence(tmp_path)
+    write_sequence(tmp_path, tiny)
+    assert is_finished(tmp_path)
+
+
+def test_owner_lives_as_long_as_the_frames(tiny: Sequence) -> None:
+    owner = tempfile.TemporaryDirectory()
+    folder = Path(owner.name)
+    write_sequence(folder, tiny)
+    sequence = read_sequence(folder, owner=owner)
+    part = sequence.frames[1:3]
+    del owner, sequence
+    gc.collect()
+    assert part[0].index == 1
+    del part
+    gc.collect()
+    assert not folder.exists()
+
+
+def test_float_image_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="uint8"):
+        write_frame(tmp_path, 0, np.zeros((2, 2, 3)))  # type: ignore[arg-type]
+
+
+def _drop_frame(folder: Path) -> None:
+    (folder / "frames" / "000003.png").unlink()
+
+
+def _cut_arrays(folder: Path) -> None:
+    path = folder / "truth.npz"
+    path.write_bytes(path.read_bytes()[:200])
+
+
+def _cut_picture(folder: Path) -> None:
+    (folder / "frames" / "000000.png").write_bytes(b"")
+
+
+def _shrink_picture(folder: Path) -> None:
+    write_frame(folder, 0, np.zeros((2, 2, 3), dtype=np.uint8))
+
+
+def _break_json(folder: Path) -> None:
+    (folder / "sequence.json").write_text("{")
+
+
+def _set(key: str, value: object) -> Any:
+    def change(folder: Path) -> None:
+        path = folder / "sequence.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        pytest.param(_drop_frame, r"000003\.png: missing", id="frame missing"),
+        pytest.param(_cut_arrays, r"truth\.npz: cannot read", id="arrays cut short"),
+        pytest.param(_cut_picture, "not a readable picture", id="empty picture"),
+        pytest.param(_shrink_picture, "must be 32 x 24 px", id="picture of other size"),
+        pytest.param(_break_json, "not valid JSON", id="broken JSON"),
+        pytest.param(_set("layout", 99), "layout must be 1, got 99", id="other layout"),
+        pytest.param(_set("vehicles", [{"name": 1}]), "damaged", id="bad vehicle"),
+        pytest.param(_set("requested", None), "damaged", id="no dials"),
+    ],
+)
+def test_damaged_folder_is_refused_in_one_line(
+    folder: Path, damage: Any, message: str
+) -> None:
+    damage(folder)
+    with pytest.raises(DatasetError, match=message) as caught:
+        read_sequence(folder)
+    assert "\n" not in str(caught.value)

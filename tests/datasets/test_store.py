@@ -1,0 +1,231 @@
+"""Stores: the same conduct of a folder, a URL of one, and this process's memory."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import fsspec
+import pytest
+
+from simbench.core.errors import DatasetError
+from simbench.datasets import remote_store as url_store
+from simbench.datasets.remote_store import UrlStore
+from simbench.datasets.store import FolderStore, Store, open_store
+
+
+@pytest.fixture(params=["folder", "url", "memory", "pattern"])
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    places = {
+        "folder": str(tmp_path / "out"),
+        "url": f"dir://out::file://{tmp_path}",
+        "memory": "memory://out/films",
+        "pattern": "memory://out/[films]*",  # which a driver may take for many names
+    }
+    yield places[request.param]
+    memory = fsspec.filesystem("memory")
+    if memory.exists("/out"):
+        memory.rm("/out", recursive=True)
+
+
+@pytest.fixture
+def store(place: str) -> Iterator[Store]:
+    store = open_store(place)
+    with store.claimed():
+        yield store
+
+
+def _file(folder: Path, text: str) -> Path:
+    path = folder / "local"
+    path.write_text(text)
+    return path
+
+
+def test_taken_files_are_there_and_gone_from_here(store: Store, tmp_path: Path) -> None:
+    one, two = tmp_path / "one", tmp_path / "two"
+    one.write_text("1")
+    two.write_text("2")
+    store.take({"a/b/one": one, "a/two": two})
+    assert not one.exists() and not two.exists()
+    assert store.names("") == ["a"]
+    assert sorted(store.names("a")) == ["b", "two"]
+    assert store.read(["a/two", "a/b/one"]) == [b"2", b"1"]
+    assert store.has("a/two")
+    assert not store.has("a/three")
+
+
+def test_taken_file_replaces_what_was_there(store: Store, tmp_path: Path) -> None:
+    for text in ("old", "new"):
+        store.take({"a": _file(tmp_path, text)})
+    assert store.read(["a"]) == [b"new"]
+
+
+def test_removed_files_are_gone_and_missing_ones_no_fault(
+    store: Store, tmp_path: Path
+) -> None:
+    store.take({"a/b": _file(tmp_path, "x")})
+    store.remove(["a/b", "a/c"])
+    assert store.names("a") == []
+
+
+def test_removed_folder_goes_with_all_in_it(store: Store, tmp_path: Path) -> None:
+    for path in ("a/b/1", "a/b/c/2", "a/3"):
+        store.take({path: _file(tmp_path, "x")})
+    store.remove(["a/b", "a/nowhere"])
+    assert store.names("a") == ["3"]
+
+
+def test_folder_that_is_not_there_holds_nothing(store: Store) -> None:
+    assert store.names("nowhere") == []
+
+
+def test_missing_file_is_named(store: Store) -> None:
+    with pytest.raises(DatasetError, match="nothing"):
+        store.read(["nothing"])
+
+
+def test_second_claim_is_refused_in_one_line(store: Store, place: str) -> None:
+    with pytest.raises(DatasetError, match="another run is writing here"):
+        with open_store(place).claimed():
+            pass
+
+
+def test_claim_ends_with_its_block(place: str) -> None:
+    for _ in range(2):
+        with open_store(place).claimed():
+            pass
+
+
+def test_url_whose_production_fell_silent_can_be_claimed(tmp_path: Path) -> None:
+    url = f"dir://out::file://{tmp_path}"
+    killed = UrlStore(url).claimed()
+    killed.__enter__()  # and never leaves
+    lease = tmp_path / "out" / "production.lock"
+    content = json.loads(lease.read_text())
+    lease.write_text(json.dumps(content | {"at": time.time() - 130}))
+    with open_store(url).claimed():
+        assert json.loads(lease.read_text())["at"] > time.time() - 60
+    assert not lease.exists()
+
+
+def test_production_that_lost_its_url_to_another_stops(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"dir://out::file://{tmp_path}"
+    mine, other = UrlStore(url), UrlStore(url)
+    monkeypatch.setattr(url_store, "_RENEW_S", 0.05)
+    lost = mine.claimed()
+    lost.__enter__()
+    mine.still_ours()
+    monkeypatch.setattr(url_store, "_LEASE_S", 0.0)  # as after a long silence
+    with other.claimed():
+        limit = time.monotonic() + 10
+        with pytest.raises(DatasetError, match="another run is writing here"):
+            while time.monotonic() < limit:
+                mine.still_ours()
+                time.sleep(0.01)
+        lost.__exit__(None, None, None)
+        other.still_ours()
+
+
+def test_claim_is_renewed_whatever_the_production_is_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = f"dir://out::file://{tmp_path}"
+    lease = tmp_path / "out" / "production.lock"
+    monkeypatch.setattr(url_store, "_RENEW_S", 0.01)
+    with UrlStore(url).claimed():
+        first, limit = lease.read_text(), time.monotonic() + 10
+        while lease.read_text() in (first, ""):  # in a busy loop that asks for nothing
+            assert time.monotonic() < limit
+    assert not lease.exists()
+
+
+def test_file_of_another_disk_is_copied_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    local = _file(tmp_path, "pictures")
+    plain = Path.replace
+
+    def across(path: Path, target: Path) -> Path:
+        if path == local:
+            raise OSError(errno.EXDEV, "Invalid cross-device link")
+        return plain(path, target)
+
+    monkeypatch.setattr(Path, "replace", across)
+    store = FolderStore(tmp_path / "out")
+    with store.claimed():
+        store.take({"a/b": local})
+        assert store.read(["a/b"]) == [b"pictures"]
+        assert not local.exists()
+        assert store.names("") == ["a"]
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        pytest.param("nosuch://a/b", "Protocol not known", id="protocol"),
+        pytest.param("sftp://host/a", "needs a driver", id="driver not installed"),
+        pytest.param("://", "wanted a folder, or a URL", id="no scheme"),
+        pytest.param("::", "wanted a folder, or a URL", id="no links"),
+        pytest.param("simplecache::", "wanted a folder, or a URL", id="half a chain"),
+        pytest.param("/proc/nowhere", "/proc/nowhere", id="folder that cannot be"),
+    ],
+)
+def test_place_that_cannot_be_used_is_one_line(place: str, words: str) -> None:
+    with pytest.raises(DatasetError, match=words) as caught:
+        with open_store(place).claimed():
+            pass
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("folder", "file"),
+    [
+        pytest.param("memory://file", "memory://file/films", id="memory"),
+        pytest.param("dir://out::file://{}", "dir://out/films::file://{}", id="url"),
+    ],
+)
+def test_url_of_a_file_is_no_empty_folder(
+    tmp_path: Path, folder: str, file: str
+) -> None:
+    open_store(folder.format(tmp_path)).take({"films": _file(tmp_path, "x")})
+    with pytest.raises(DatasetError, match="is a file, wanted a folder"):
+        open_store(file.format(tmp_path)).names("")
+
+
+def test_files_are_on_the_disk_before_their_names_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    plain_fsync, plain_replace = os.fsync, Path.replace
+
+    def fsync(handle: int) -> None:
+        plain_fsync(handle)
+        path = Path(f"/proc/self/fd/{handle}").readlink()
+        done.append(f"flushed {path.relative_to(tmp_path)}")
+
+    def replace(path: Path, target: Path) -> Path:
+        done.append(f"named {target.relative_to(tmp_path)}")
+        return plain_replace(path, target)
+
+    local = _file(tmp_path, "x")
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(Path, "replace", replace)
+    FolderStore(tmp_path / "out").take({"a/b": local})
+    assert done[:2] == ["flushed local", "named out/a/b"]
+    assert sorted(done[2:]) == ["flushed out", "flushed out/a"]
+
+
+def test_file_url_is_a_folder(tmp_path: Path) -> None:
+    store = open_store(f"file://{tmp_path}")
+    assert isinstance(store, FolderStore)
+    assert store.path == tmp_path
+
+
+def test_only_memory_is_private(place: str) -> None:
+    assert open_store(place).is_private == place.startswith("memory")

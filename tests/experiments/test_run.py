@@ -1,0 +1,365 @@
+"""A run from request to folder: a fault costs its own row, nothing is done twice."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from simbench.core.errors import DatasetError
+from simbench.evaluation.scores import Scores
+from simbench.experiments.grid import finished_scores, run_grid
+from simbench.experiments.rebuild_report import report_again
+from simbench.experiments.request import Request, track_seed
+from simbench.experiments.run import Outcome, whole_run
+from simbench.experiments.run_folder import RunFolder
+from simbench.runtime import pool as workers
+from simbench.scenarios.files.loading import load_scenario
+from simbench.trackers.find_tracker import find_tracker
+from tests.blind_scenario import blind_smoke
+
+ROOT = Path(__file__).parents[2]
+pytestmark = [pytest.mark.sumo, pytest.mark.gl]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _tests_importable() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT))  # workers inherit the path
+        yield
+
+
+def asked(*trackers: str, timeout_s: float = 60.0, repetitions: int = 1) -> Request:
+    module = "tests.runtime.misbehaving"
+    found = tuple(find_tracker(f"{t.lower()}={module}:{t}") for t in trackers)
+    smoke = load_scenario("smoke")
+    return Request((smoke,), found, (4,), repetitions, timeout_s)
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    """A run folder in which one tracker ran, its sequence kept."""
+    folder = RunFolder(tmp_path_factory.mktemp("filmed"))
+    run_grid(asked("Walk"), folder, keep_sequences=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(
+    filmed: RunFolder, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[RunFolder, Outcome]:
+    """A run that came to its end, and what came out of it."""
+    path = tmp_path_factory.mktemp("finished") / "run"
+    shutil.copytree(filmed.sequences, path / "sequences")
+    (path / ".lock").touch()  # so that it is ours
+    outcome = whole_run(asked("Walk"), path, command="", keep_sequences=True)
+    return RunFolder(path), outcome
+
+
+@pytest.fixture
+def folder(filmed: RunFolder, tmp_path: Path) -> RunFolder:
+    """A fresh run folder with the sequence already filmed."""
+    shutil.copytree(filmed.sequences, tmp_path / "run" / "sequences")
+    return RunFolder(tmp_path / "run")
+
+
+def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> None:
+    trackers = ("Walk", "Raise", "Nan", "Interrupt", "Hang", "Leave", "Crash")
+    scores, _ = run_grid(asked(*trackers, timeout_s=2.0), folder, jobs=2)
+    runs = scores.runs.set_index("tracker")
+    assert runs.index.tolist() == [t.lower() for t in trackers]
+    assert runs["status"].to_dict() == {
+        "walk": "ok",
+        "raise": "failed",
+        "nan": "failed",
+        "interrupt": "failed",
+        "hang": "failed",
+        "leave": "failed",
+        "crash": "failed",
+    }
+    assert runs["reason"]["raise"] == "frame 3: exception: RuntimeError: lost it"
+    assert runs["reason"]["nan"].startswith("frame 3: not-a-number: box must be finite")
+    reason = "frame 1: exception: KeyboardInterrupt: as if typed"
+    assert runs["reason"]["interrupt"] == reason
+    assert runs["reason"]["hang"] == "timeout after 2 s"
+    assert runs["reason"]["leave"] == "process ended with exit status 0"
+    assert runs["reason"]["crash"] == "process killed by SIGSEGV"
+    assert set(runs["frames"]) == {24}
+    printed = f"about to hang; temporary files: {folder.path / 'tmp'}\n"
+    assert printed in folder.log.read_text()
+
+
+def test_worker_that_never_starts_is_no_score_and_is_tried_again(
+    folder: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(workers, "_serve", print)  # says what it is to do, and leaves
+        scores, _ = run_grid(asked("Walk"), folder)
+    (run,) = scores.runs.to_dict("records")
+    assert run["status"] == "failed"
+    assert run["reason"] == "process ended with exit status 0"
+    assert math.isnan(run["success_50"])  # nothing was measured
+    assert not folder.parts.exists()
+    again, _ = run_grid(asked("Walk"), folder)
+    assert again.runs["status"].tolist() == ["ok"]
+
+
+def test_rows_come_in_the_order_of_the_request(folder: RunFolder) -> None:
+    scores, _ = run_grid(asked("Walk", "Nan", repetitions=2), folder, jobs=2)
+    found = scores.runs[["tracker", "repetition"]].to_numpy().tolist()
+    assert found == [["walk", 0], ["walk", 1], ["nan", 0], ["nan", 1]]
+
+
+def test_track_depends_on_its_seed_and_not_on_the_workers(
+    filmed: RunFolder, folder: RunFolder
+) -> None:
+    alone = run_grid(asked("Walk"), filmed)[0]
+    beside, _ = run_grid(asked("Slow", "Nan", "Walk"), folder, jobs=2)
+    lefts = beside.frames.loc[beside.frames["tracker"] == "walk", "left"]
+    assert lefts.tolist() == alone.frames["left"].tolist()
+    assert alone.runs["track_seed"].tolist() == [str(track_seed(4, "walk", 0))]
+
+
+def test_repetitions_draw_differently(folder: RunFolder) -> None:
+    scores, _ = run_grid(asked("Walk", repetitions=2), folder)
+    last = scores.frames.groupby("repetition")["left"].last()
+    assert last[0] != last[1]
+
+
+def test_what_is_done_is_not_done_again(folder: RunFolder) -> None:
+    first, _ = run_grid(asked("Walk"), folder)
+    second, _ = run_grid(asked("Walk", "Nan"), folder)
+    was, now = first.runs.iloc[0], second.runs.iloc[0]
+    assert (
+        now["seconds_total"] == was["seconds_total"]
+    )  # the time of another run differs
+
+
+@pytest.mark.parametrize("name", ["scores.parquet", "frames.parquet"])
+def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) -> None:
+    first, _ = run_grid(asked("Walk"), folder)
+    (part,) = folder.parts.iterdir()
+    (part / name).write_bytes((part / name).read_bytes()[:100])
+    second, _ = run_grid(asked("Walk"), folder)
+    assert second.frames["left"].tolist() == first.frames["left"].tolist()
+    assert Scores.read(part).runs["status"].tolist() == ["ok"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        pytest.param("scores.parquet", None, id="no scores"),
+        pytest.param("frames.parquet", b"PAR1", id="cut frames"),
+        pytest.param("report.html", None, id="no report"),
+        pytest.param("report.html", b"<html>", id="cut report"),
+        pytest.param("run.json", b"{", id="cut facts"),
+    ],
+)
+def test_finished_run_is_made_whole_again_by_the_same_call(
+    finished: tuple[RunFolder, Outcome],
+    tmp_path: Path,
+    name: str,
+    content: bytes | None,
+) -> None:
+    request, (before, first) = asked("Walk"), finished
+    folder = RunFolder(tmp_path / "run")
+    shutil.copytree(before.path, folder.path)
+    (part,) = folder.parts.iterdir()
+    written = part.stat().st_mtime_ns
+    (folder.path / name).unlink()
+    if content is not None:
+        (folder.path / name).write_bytes(content)
+    second = whole_run(request, folder.path, command="", keep_sequences=True)
+    assert folder.is_finished(request.digest)
+    assert part.stat().st_mtime_ns == written  # from parts
+    assert second.scores.runs["fps"].tolist() == first.scores.runs["fps"].tolist()
+
+
+@pytest.fixture
+def copied(finished: tuple[RunFolder, Outcome], tmp_path: Path) -> RunFolder:
+    """A run of its own that came to its end, its sequence kept."""
+    shutil.copytree(finished[0].path, tmp_path / "copied")
+    return RunFolder(tmp_path / "copied")
+
+
+def test_run_without_its_pictures_is_finished_only_where_they_are_not_asked_for(
+    copied: RunFolder,
+) -> None:
+    request = asked("Walk")
+    assert finished_scores(request, copied, with_sequences=True) is not None
+    shutil.rmtree(copied.sequences)
+    assert finished_scores(request, copied) is not None
+    assert finished_scores(request, copied, with_sequences=True) is None
+
+
+def test_pictures_that_were_kept_stay_when_a_later_call_does_not_ask_for_them(
+    copied: RunFolder,
+) -> None:
+    kept = list(copied.sequences.iterdir())
+    copied.report.unlink()
+    whole_run(asked("Walk"), copied.path, command="")
+    assert copied.report.exists()
+    assert list(copied.sequences.iterdir()) == kept
+    assert copied.keeps_sequences
+
+
+def test_doing_all_afresh_forgets_that_pictures_were_kept(copied: RunFolder) -> None:
+    copied.forget()
+    assert not copied.sequences.exists()
+    assert not copied.keeps_sequences
+
+
+def test_temporary_files_of_a_killed_run_are_removed(folder: RunFolder) -> None:
+    left_over = folder.path / "tmp" / "simbench-traffic-x" / "road.net.xml"
+    left_over.parent.mkdir(parents=True)
+    left_over.touch()
+    with folder.workshop() as temporary:
+        assert temporary.is_absolute()
+        assert list(temporary.iterdir()) == []
+        (temporary / "new").touch()
+    assert not (folder.path / "tmp").exists()
+
+
+def test_sequences_other_than_the_first_are_removed(
+    filmed: RunFolder, folder: RunFolder
+) -> None:
+    (name,) = [path.name for path in filmed.sequences.iterdir()]
+    _, sequences = run_grid(asked("Walk"), folder)
+    assert [path.name for path in folder.sequences.iterdir()] == [name]
+    (sequence,) = sequences
+    assert sequence.seed == 4
+    assert sequence.frames[23].index == 23
+
+
+def test_report_again_shows_the_sequences_that_were_kept(
+    finished: tuple[RunFolder, Outcome], tmp_path: Path
+) -> None:
+    folder = RunFolder(tmp_path / "run")
+    shutil.copytree(finished[0].path, folder.path)
+    folder.report.unlink()
+    told: list[float] = []
+    report_again(folder.path, lambda done, of, doing: told.append(done))
+    assert folder.report.exists()
+    assert told == []  # nothing was filmed
+
+
+def test_scenario_that_cannot_be_filmed_costs_its_rows(tmp_path: Path) -> None:
+    walk = (find_tracker("walk=tests.runtime.misbehaving:Walk"),)
+    request = Request((blind_smoke(),), walk, (4,))
+    folder = RunFolder(tmp_path)
+    scores, sequences = run_grid(request, folder)
+    assert sequences == []
+    assert scores.runs["status"].tolist() == ["failed"]
+    assert scores.runs["success_50"].isna().all()  # nothing was measured
+    assert scores.runs["reason"][0].startswith("no sequence: blind: ")
+    assert not folder.parts.exists()  # so it is tried again
+
+
+def test_folder_with_other_files_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(DatasetError, match="found other files"):
+        RunFolder(tmp_path).claimed().__enter__()
+
+
+def test_folder_of_a_run_under_way_is_refused(tmp_path: Path) -> None:
+    with RunFolder(tmp_path).claimed():
+        with pytest.raises(DatasetError, match="another run is writing here"):
+            RunFolder(tmp_path).claimed().__enter__()
+    with RunFolder(tmp_path).claimed():
+        pass
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        pytest.param(None, "not a run folder", id="none"),
+        pytest.param("{", "not valid JSON", id="broken"),
+        pytest.param("[]", "found something else", id="something else"),
+    ],
+)
+def test_broken_run_json_is_refused(
+    tmp_path: Path, text: str | None, message: str
+) -> None:
+    if text is not None:
+        (tmp_path / "run.json").write_text(text)
+    with pytest.raises(DatasetError, match=message):
+        RunFolder(tmp_path).read_facts()
+
+
+def simbench(*arguments: str, cwd: Path) -> subprocess.Popen[str]:
+    """Start the command line in a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", "from simbench.cli import main; main()", *arguments],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def members(group: int) -> list[str]:
+    """Return the living processes of a process group."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if int(fields[2]) == group and fields[0] != "Z":
+            found.append(stat.parent.name)
+    return found
+
+
+def test_interrupted_run_stops_cleanly_and_goes_on(
+    filmed: RunFolder, tmp_path: Path
+) -> None:
+    command = (
+        "run smoke --seeds 4 --jobs 1 --out out --trackers "
+        "walk=tests.runtime.misbehaving:Walk,slow=tests.runtime.misbehaving:Slow"
+    ).split()
+    parts = tmp_path / "out" / "parts"
+    first = simbench(*command, cwd=tmp_path)
+    until = time.monotonic() + 120
+    while not (parts.exists() and list(parts.glob("[!.]*"))):
+        assert first.poll() is None, first.stderr.read() if first.stderr else ""
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    os.killpg(first.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    _, said = first.communicate(timeout=30)
+    assert first.returncode == 130
+    assert said == "simbench: stopped; the same command goes on from here\n"
+    # the last to go is Python's own tracker of shared resources: after its parent
+    until = time.monotonic() + 10
+    while left := members(first.pid):
+        assert time.monotonic() < until, left
+        time.sleep(0.05)
+    (done,) = parts.iterdir()
+    written = (done / "scores.parquet").stat().st_mtime_ns
+    assert not (tmp_path / "out" / "scores.parquet").exists()
+
+    second = simbench(*command, cwd=tmp_path)
+    printed, said = second.communicate(timeout=120)
+    assert (second.returncode, said) == (0, "")
+    assert "report: out/report.html" in printed
+    assert (done / "scores.parquet").stat().st_mtime_ns == written
+    assert Scores.read(tmp_path / "out").runs["status"].tolist() == ["ok", "ok"]
+    facts = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert facts["finished"]
+    assert facts["seeds"] == [4]
+    assert facts["trackers"][1] == {
+        "label": "slow",
+        "spec": "slow=tests.runtime.misbehaving:Slow",
+    }
+    assert facts["versions"]["opengl"]
+    assert not (tmp_path / "out" / "sequences").exists()

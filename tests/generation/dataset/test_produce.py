@@ -1,0 +1,254 @@
+"""Data sets: whole whatever happens on the way, and the same however they are made."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import fsspec
+import pytest
+
+from simbench.core.errors import DatasetError
+from simbench.datasets.formats.got10k import Got10k
+from simbench.datasets.native import read_sequence
+from simbench.datasets.store import FolderStore, open_store
+from simbench.generation.dataset.make_sequence import ENTRIES
+from simbench.generation.dataset.manifest import Entries, read_record
+from simbench.generation.dataset.produce import Outcome, _scratch, produce_dataset
+from simbench.generation.dataset.request import Batch, Wanted, spread
+from simbench.generation.generate import generate
+from simbench.scenarios.files.recipe import Recipe
+from tests.blind_scenario import blind_smoke
+from tests.generation.dataset.small_recipe import small_recipe
+
+ROOT = Path(__file__).parents[3]
+
+
+def produced(wanted: Wanted, out: Path | str, jobs: int = 1) -> Outcome:
+    return produce_dataset(wanted, str(out), command="as typed", jobs=jobs)
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Return the files of a data set but what tells when it was made."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name not in ("dataset.json", ".lock")
+    }
+
+
+@pytest.fixture(scope="module")
+def wanted() -> Wanted:
+    drawn = small_recipe("drawn", target={"lane": {"choice": [0, 1]}, "along_m": 40})
+    return Wanted(spread([small_recipe(), drawn], 3), "got10k")
+
+
+@pytest.fixture(scope="module")
+def made(wanted: Wanted, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("made") / "out"
+    assert produced(wanted, out) == Outcome(made=3, kept=0, lost={})
+    return out
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+class TestDataset:
+    """One that was made without a hitch."""
+
+    def test_holds_what_generating_and_writing_each_by_itself_gives(
+        self, made: Path, wanted: Wanted, tmp_path: Path
+    ) -> None:
+        for wish in wanted:
+            sequence = generate(wish.recipe.scenario(wish.seed), wish.seed)
+            Got10k().write(sequence, wish.name, tmp_path)
+        alone = content(tmp_path)
+        assert len(alone) > 30
+        assert alone.items() <= content(made).items()
+
+    def test_names_every_sequence_in_its_index(self, made: Path) -> None:
+        names = (made / "val" / "list.txt").read_text().split()
+        assert names == ["drawn-0000", "small-0000", "small-0001"]
+        assert {path.name for path in (made / "truth").iterdir()} == set(names)
+
+    def test_says_what_is_in_it_and_how_to_make_it_again(
+        self, made: Path, wanted: Wanted
+    ) -> None:
+        record = read_record(FolderStore(made))
+        assert (record["format"], record["sequences"]) == ("got10k", 3)
+        (production,) = record["productions"]
+        assert production["finished"] is True
+        assert production["command"] == "as typed"
+        recipes = {one["label"]: one for one in production["recipes"]}
+        assert recipes["small"]["seeds"] == "0:2"
+        assert recipes["drawn"]["content"]["target"]["lane"] == {"choice": [0, 1]}
+        assert "as typed" in (made / "CARD.md").read_text()
+        assert json.loads((made / "card.json").read_text())["sequences"] == 3
+
+    def test_entry_holds_scenario_seed_digests_and_files(
+        self, made: Path, wanted: Wanted
+    ) -> None:
+        entries = {entry["name"]: entry for entry in Entries(FolderStore(made))}
+        for wish in wanted:
+            entry = entries[wish.name]
+            scenario = wish.recipe.scenario(wish.seed)
+            assert entry["scenario"] == scenario.model_dump(mode="json")
+            assert entry["seed"] == wish.seed
+            assert set(entry["digests"]) == {"trajectories", "truth", "ids", "frames"}
+            sizes = [(made / path).stat().st_size for path in entry["files"]]
+            assert entry["bytes"] == sum(sizes)
+
+    def test_leaves_nothing_behind(self, made: Path) -> None:
+        names = {path.name for path in made.iterdir()}
+        beside = {"CARD.md", "card.json", "dataset.json", ".lock"}
+        assert names == {"val", "truth", "entries"} | beside
+
+    def test_is_the_same_bytes_from_two_processes_in_another_order(
+        self, made: Path, wanted: Wanted, tmp_path: Path
+    ) -> None:
+        out = tmp_path / "out"
+        turned = Wanted(tuple(reversed(wanted.batches)), "got10k")
+        assert produced(turned, out, jobs=2).made == 3
+        assert content(out) == content(made)
+
+    def test_is_the_same_bytes_in_memory(
+        self, made: Path, wanted: Wanted, tmp_path: Path
+    ) -> None:
+        produced(wanted, "memory://production")
+        memory = fsspec.filesystem("memory")
+        found = memory.find("/production")
+        memory.get(found, [str(tmp_path / path[1:]) for path in found])
+        memory.rm("/production", recursive=True)
+        assert content(tmp_path / "production") == content(made)
+
+    def test_asked_for_again_is_left_alone(self, made: Path, wanted: Wanted) -> None:
+        before = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
+        assert produced(wanted, made) == Outcome(made=0, kept=3, lost={})
+        after = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
+        assert before == after
+        assert len(read_record(FolderStore(made))["productions"]) == 1
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+@pytest.mark.slow
+def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "out"
+    first = [small_recipe("longer", frames=3), small_recipe("same")]
+    assert produced(Wanted(spread(first, 2)), out) == Outcome(2, 0, {})
+    then = [small_recipe("longer"), small_recipe("same"), small_recipe("new")]
+    with pytest.raises(DatasetError, match="longer-0000 was made from another"):
+        produced(Wanted(spread(then, 3)), out)
+    outcome = produce_dataset(
+        Wanted(spread(then, 3)), str(out), command="then", replace=True
+    )
+    assert outcome == Outcome(made=2, kept=1, lost={}, again=1)
+    names = ["longer-0000", "new-0000", "same-0000"]
+    assert (out / "list.txt").read_text().split() == names
+    assert len(read_sequence(out / "longer-0000")) == 2
+    entries = list(Entries(FolderStore(out)))
+    told = {path for entry in entries for path in entry["files"]}
+    there = {path for path in content(out) if not path.startswith(ENTRIES)}
+    assert there == told | {"list.txt", "CARD.md", "card.json"}
+    assert len(read_record(FolderStore(out))["productions"]) == 2
+    assert "```sh\nas typed\nthen\n```" in (out / "CARD.md").read_text()
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_sequence_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None:
+    blind = blind_smoke().model_dump(mode="json", exclude_unset=True)
+    drawn = small_recipe("drawn", target={"lane": {"choice": [0, 4]}, "along_m": 40})
+    batches = (
+        Batch(Recipe(blind, "blind.yaml"), (0,)),
+        Batch(drawn, (1, 2)),  # which draw lanes 0 and 4
+        Batch(small_recipe("good"), (0,)),
+    )
+    outcome = produced(Wanted(batches), tmp_path / "out")
+    assert "target" in outcome.lost.pop("blind-0000")
+    assert list(outcome.lost) == ["drawn-0002"]
+    assert "below road.lanes = 2, got 4" in outcome.lost["drawn-0002"]
+    assert outcome.made == 2
+    (production,) = read_record(FolderStore(tmp_path / "out"))["productions"]
+    assert set(production["lost"]) == {"blind-0000", "drawn-0002"}
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_place_that_fails_stops_the_production_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "truth").write_text("a file where a folder must be")
+    (tmp_path / "out" / "dataset.json").write_text(
+        json.dumps(
+            {"layout": 1, "format": "native", "split": "", "channels": []}
+            | {"productions": []}
+        )
+    )
+    with pytest.raises(DatasetError, match="truth") as caught:
+        produced(Wanted(spread([small_recipe()], 3)), tmp_path / "out")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+@pytest.mark.slow
+def test_killed_production_goes_on_without_loss_or_repeat(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    script = tmp_path / "produce.py"
+    script.write_text(f"""
+import sys
+sys.path.insert(0, {str(ROOT)!r})
+from tests.generation.dataset.small_recipe import small_recipe
+from tests.generation.dataset.test_produce import produced
+from simbench.generation.dataset.request import Wanted, spread
+if __name__ == "__main__":
+    produced(Wanted(spread([small_recipe(frames=8)], 4)), {str(out)!r})
+""")
+    with subprocess.Popen([sys.executable, script]) as process:
+        limit = time.monotonic() + 200
+        while not list(out.glob("entries/*.json")):
+            assert time.monotonic() < limit
+            time.sleep(0.02)
+        os.kill(process.pid, signal.SIGKILL)
+    first = {p: p.stat().st_mtime_ns for p in out.glob("entries/*.json")}
+    assert not (out / "list.txt").exists()
+    subprocess.run([sys.executable, script], check=True)
+    assert {path: path.stat().st_mtime_ns for path in first} == first
+    entries = list(Entries(FolderStore(out)))
+    assert [entry["seed"] for entry in entries] == [0, 1, 2, 3]
+    told = {path for entry in entries for path in entry["files"]}
+    there = {path for path in content(out) if not path.startswith(ENTRIES)}
+    assert there == told | {"list.txt", "CARD.md", "card.json"}
+    assert len(list((out / ENTRIES).iterdir())) == 4
+
+
+def test_second_production_at_one_place_is_refused(tmp_path: Path) -> None:
+    with FolderStore(tmp_path / "out").claimed():
+        with pytest.raises(DatasetError, match="another run is writing here"):
+            produced(Wanted(spread([small_recipe()], 1)), tmp_path / "out")
+
+
+def test_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("all of it")
+    with pytest.raises(DatasetError, match="found other files"):
+        produced(Wanted(spread([small_recipe()], 1)), tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_productions_in_memory_have_temporary_files_of_their_own() -> None:
+    folders = {_scratch(open_store("memory://out")) for _ in range(2)}
+    for folder in folders:
+        folder.rmdir()
+    assert len(folders) == 2
+
+
+def test_memory_is_refused_to_a_cluster() -> None:
+    wanted = Wanted(spread([small_recipe()], 1))
+    with pytest.raises(DatasetError, match="workers of a cluster cannot write there"):
+        produce_dataset(wanted, "memory://out", command="", cluster="tcp://127.0.0.1:1")

@@ -1,0 +1,211 @@
+"""Occlusion to order: as much, as long and as often as dials ask."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from simbench.core.errors import ScenarioError
+from simbench.generation.dials.occlusion import TrafficInTheWayError
+from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.solver import solved
+from simbench.scenarios.achieved_dials import Hiding, occlusions_of
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import set_stage
+from tests.generation.dials.roadside import roadside
+
+pytestmark = [pytest.mark.sumo, pytest.mark.gl]
+
+
+def _shown(scenario: Scenario) -> Hiding:
+    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+        sighted = [o for o in scenario.occluders if o.hides_at_s is not None]
+        frames = range(len(rehearsal.boxes))
+        return occlusions_of(rehearsal.hidden(sighted, frames))
+
+
+@pytest.mark.parametrize(
+    ("by", "hidden"), [("pole", 0.3), ("pole", 1.0), ("tree", 0.6), ("sign", 0.8)]
+)
+def test_the_peak_hidden_share_is_reached(by: str, hidden: float) -> None:
+    asked = roadside().with_dials({"occlusion.hidden": hidden, "occlusion.by": by})
+    told = solved(asked, 0)
+    assert [occluder.kind for occluder in told.occluders] == [by]
+    found = _shown(told)
+    assert found.peak == pytest.approx(hidden, abs=0.03)
+    assert found.number == 1
+
+
+def test_a_girder_hides_what_a_camera_sees_from_above() -> None:
+    above = {
+        "position": {"along_m": -30, "lateral_m": -8, "height_m": 9},
+        "look_at": {"along_m": 20, "lateral_m": -8, "height_m": 0},
+        "fov_rad": 0.5,
+    }
+    asked = roadside(camera=above).with_dials(
+        {"occlusion.hidden": 0.6, "occlusion.by": "gantry"}
+    )
+    assert _shown(solved(asked, 0)).peak == pytest.approx(0.6, abs=0.03)
+    low = roadside().with_dials({"occlusion.hidden": 0.6, "occlusion.by": "gantry"})
+    with pytest.raises(ScenarioError, match="a gantry hides what a camera sees from"):
+        solved(low, 0)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "frames"), [(0.5, 18), pytest.param(0.9, 24, marks=pytest.mark.slow)]
+)
+def test_a_sign_hides_a_share_for_a_time(hidden: float, frames: int) -> None:
+    asked = roadside().with_dials(
+        {"occlusion.hidden": hidden, "occlusion.frames": frames}
+    )
+    found = _shown(solved(asked, 0))
+    assert found.peak == pytest.approx(hidden, abs=0.03)
+    assert abs(found.frames - frames) <= 1
+
+
+def test_occlusions_come_as_often_as_asked() -> None:
+    asked = roadside(frames=50).with_dials(
+        {"occlusion.hidden": 0.4, "occlusion.count": 2, "displacement_px": 3.5}
+    )
+    found = _shown(solved(asked, 0))
+    assert found.number == 2
+    assert found.peak == pytest.approx(0.4, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("count", "frames", "words"),
+    [
+        pytest.param(
+            20, None, "next are 1 of 40 frames, wanted at least 3 ", id="many"
+        ),
+        pytest.param(3, 12, "of 40 frames, wanted at least 13 ", id="long"),
+    ],
+)
+def test_occlusions_that_run_into_each_other_are_refused_before_any_is_tried(
+    count: int, frames: int | None, words: str
+) -> None:
+    dials = {"occlusion.hidden": 0.4, "occlusion.count": count}
+    if frames is not None:
+        dials["occlusion.frames"] = frames
+    with pytest.raises(ScenarioError, match=words):
+        solved(roadside(frames=40).with_dials(dials), 0)
+
+
+def test_each_tree_is_tried_with_the_shape_it_is_filmed_with() -> None:
+    asked = roadside(frames=50).with_dials(
+        {"occlusion.hidden": 0.5, "occlusion.count": 2, "occlusion.by": "tree"}
+        | {"displacement_px": 3.5}
+    )
+    told = solved(asked, 0)
+    with Rehearsal(set_stage(told, 0)) as rehearsal:
+        frames = range(len(rehearsal.boxes))
+        for number, tree in enumerate(told.occluders):
+            hidden = rehearsal.hidden([tree], frames, first=number)
+            assert np.nanmax(hidden) == pytest.approx(0.5, abs=0.02)
+
+
+def test_nothing_hides_where_nothing_is_asked_to() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(occluders=poles)
+    assert _shown(scenario).peak > 0.1
+    assert solved(scenario.with_dials({"occlusion.hidden": 0}), 0).occluders == ()
+
+
+def test_an_occluder_of_the_story_takes_another_width_and_keeps_its_place() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    asked = roadside(occluders=poles).with_dials({"occlusion.hidden": 0.7})
+    (pole,) = solved(asked, 0).occluders
+    assert (pole.hides_at_s, pole.distance_m) == (0.8, 10)
+    assert pole.width_m > 0.4
+
+
+def test_a_story_that_shows_what_is_asked_is_left_as_it_is() -> None:
+    poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(occluders=poles)
+    peak = round(_shown(scenario).peak, 2)
+    asked = scenario.with_dials({"occlusion.hidden": peak})
+    assert solved(asked, 0) is asked
+
+
+@pytest.mark.parametrize("hidden", [0.5, pytest.param(0.95, marks=pytest.mark.slow)])
+def test_a_vehicle_drives_between_camera_and_target(hidden: float) -> None:
+    beside: dict[str, Any] = {
+        "position": {"along_m": 0, "lateral_m": 14, "height_m": 2.5},
+        "look_at": {"along_m": 0, "lateral_m": -8, "height_m": 1},
+        "motion": "follow",
+        "mount": "car",
+        "fov_rad": 0.8,
+    }
+    asked = roadside(frames=120, camera=beside).with_dials(
+        {"occlusion.hidden": hidden, "occlusion.by": "vehicle"}
+    )
+    told = solved(asked, 0)
+    assert len(told.strangers) == 1
+    assert _shown(told).peak == pytest.approx(hidden, abs=0.05)
+
+
+def test_traffic_in_the_way_is_drawn_anew_whatever_share_is_asked() -> None:
+    low = {
+        "position": {"along_m": 12, "lateral_m": -20, "height_m": 1.6},
+        "look_at": {"along_m": 12, "lateral_m": -9, "height_m": 0.7},
+        "fov_rad": 0.75,
+    }
+    busy = roadside(
+        frames=30,
+        camera=low,
+        target={"lane": 2, "along_m": 5, "speed_mps": 12, "clear_m": 12},
+        traffic={"density_per_km_lane": 25, "warm_up_s": 5},
+    )
+    with Rehearsal(set_stage(busy, 1)) as rehearsal:
+        shown = range(len(rehearsal.boxes))
+        assert max(rehearsal.veil(f).by_traffic for f in shown) > 0.05
+    for hidden in (0.0, 0.5, 0.94):
+        with pytest.raises(TrafficInTheWayError):
+            solved(busy.with_dials({"occlusion.hidden": hidden}), 1)
+
+
+def test_an_occluder_at_a_time_without_the_target_is_named() -> None:
+    late = [{"kind": "pole", "hides_at_s": 1.5, "distance_m": 10}]
+    fast = {"lane": 1, "along_m": 0, "speed_mps": 40}
+    asked = roadside(occluders=late, target=fast).with_dials({"occlusion.hidden": 0.5})
+    with pytest.raises(ScenarioError, match=r"hides at 1\.5 s, when the target is not"):
+        solved(asked, 0)
+
+
+def test_a_camera_straight_above_is_named() -> None:
+    above = {
+        "position": {"along_m": 0, "lateral_m": -5, "height_m": 30},
+        "look_at": {"along_m": 0.1, "lateral_m": -5, "height_m": 0},
+        "motion": "follow",
+    }
+    asked = roadside(camera=above).with_dials({"occlusion.hidden": 0.5})
+    with pytest.raises(ScenarioError, match="from straight above"):
+        solved(asked, 0)
+
+
+def test_a_time_too_short_for_any_edge_to_pass_is_named() -> None:
+    asked = roadside().with_dials({"occlusion.hidden": 0.5, "occlusion.frames": 3})
+    with pytest.raises(ScenarioError, match="frames 3 cannot be reached: the target"):
+        solved(asked, 0)
+
+
+def test_a_pole_that_hides_for_another_time_is_named() -> None:
+    asked = roadside().with_dials(
+        {"occlusion.hidden": 0.5, "occlusion.frames": 30, "occlusion.by": "pole"}
+    )
+    with pytest.raises(ScenarioError, match=r"wanted 30: ask for occlusion\.by: sign"):
+        solved(asked, 0)
+
+
+def test_the_rehearsal_sees_what_the_film_will_show() -> None:
+    from simbench.generation.generate import generate
+
+    poles = [{"kind": "pole", "hides_at_s": 0.2, "distance_m": 10, "width_m": 0.4}]
+    scenario = roadside(frames=9, occluders=poles)
+    filmed = 1.0 - generate(scenario, 0).truth.visible_fraction
+    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+        told = rehearsal.hidden(scenario.occluders, range(9))
+    assert filmed.max() > 0.1
+    assert np.abs(filmed - told).max() < 0.03

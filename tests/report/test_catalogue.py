@@ -1,0 +1,130 @@
+"""The catalogue page, made of scenarios small enough to film in seconds."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import html
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+from simbench.cli import execute
+from simbench.core.errors import DatasetError
+from simbench.report.catalogue.page import write_catalogue
+from tests.blind_scenario import blind_smoke
+from tests.scenarios.stories import story
+
+CAMERA = {
+    "position": {"along_m": 30, "lateral_m": -25, "height_m": 4},
+    "look_at": {"along_m": 45, "lateral_m": -8, "height_m": 0},
+    "fov_rad": 0.9,
+}
+POLE = {"kind": "pole", "hides_at_s": 0.48, "distance_m": 8, "width_m": 1.0}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, str]:
+    """Return exit status, what was printed and the page, of one call for all tests."""
+    folder = tmp_path_factory.mktemp("catalogue")
+    one = story(name="one", title="One & only", frames=17, camera=CAMERA)
+    content = one.model_dump(mode="json") | {
+        "variants": {"hidden": {"occluders": [POLE]}}
+    }
+    blind = blind_smoke().shortened(4).model_dump(mode="json")
+    odd = content | {"name": "odd", "target": {"lane": {"choice": [4]}, "along_m": 40}}
+    del odd["variants"]
+    for name, told in (("one", content), ("blind", blind), ("odd", odd)):
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(told), encoding="utf-8")
+    names = ["./one.yaml", "./one.yaml@hidden", "./blind.yaml", "./odd.yaml"]
+    printed = io.StringIO()
+    with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+        status = execute(["catalogue", *names, "--out", "page.html", "--jobs", "1"])
+    page = (folder / "page.html").read_text(encoding="utf-8")
+    return status, " ".join(printed.getvalue().split()), page
+
+
+def _decoded(text: str) -> NDArray[Any]:
+    jpeg = np.frombuffer(base64.b64decode(text), np.uint8)
+    picture = cv2.imdecode(jpeg, cv2.IMREAD_COLOR)
+    assert picture is not None
+    return picture
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_shows_every_scenario_given_with_what_it_tests_and_its_command(
+    made: tuple[int, str, str],
+) -> None:
+    page = html.unescape(made[2])
+    for said in ("One & only", "one@hidden", "17 frames", "One thing at a time."):
+        assert said in page
+    for source in ("./one.yaml", "./one.yaml@hidden", "./blind.yaml"):
+        assert f"simbench run {source}" in page
+    assert "<dt>Variants</dt><dd>hidden</dd>" in page
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_embeds_the_frames_it_shows_and_loads_nothing(
+    made: tuple[int, str, str],
+) -> None:
+    page = made[2]
+    assert not re.search(r"(src|href)=\"(?!data:|#)", page)
+    found = re.findall(r"<image href=\"data:image/jpeg;base64,([^\"]+)\"", page)
+    pictures = [_decoded(one) for one in found]
+    assert [picture.shape for picture in pictures] == [(120, 160, 3)] * 6
+    assert not np.array_equal(pictures[0], pictures[2])  # it drives
+    assert page.count('<rect class="truth"') == 6
+    assert "<figcaption>Middle: frame 8, 0.32 s, 100 % visible</figcaption>" in page
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_shows_the_most_hidden_frame(made: tuple[int, str, str]) -> None:
+    assert re.search(r"<figcaption>Most hidden: frame 1[0-4], .*behind pole", made[2])
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_says_what_cannot_be_filmed_and_exits_1(
+    made: tuple[int, str, str],
+) -> None:
+    status, printed, page = made
+    assert status == 1
+    assert "failed: blind: the camera does not see the target" in printed
+    assert printed.endswith("page.html")
+    assert "No pictures: blind: the camera does not see the target" in page
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_catalogue_says_what_no_scenario_can_be_drawn_of_beside_the_others(
+    made: tuple[int, str, str],
+) -> None:
+    _, printed, page = made
+    assert "failed: ./odd.yaml: " in printed
+    assert "No pictures: ./odd.yaml: " in page
+    assert '<span class="id">odd</span>' in page
+
+
+def test_catalogue_of_an_unknown_scenario_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "page.html"
+    assert execute(["catalogue", "smoke@fast", "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("simbench: ") and said.count("\n") == 1
+    assert not out.exists()
+
+
+def test_catalogue_names_the_file_that_cannot_be_written() -> None:
+    with pytest.raises(DatasetError, match=r"/proc/no\.html: cannot be written"):
+        write_catalogue([], [], Path("/proc/no.html"))

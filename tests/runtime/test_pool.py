@@ -1,0 +1,190 @@
+"""Worker processes: every way a job can end, and that none of them costs another."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from simbench.runtime import pool as workers
+from simbench.runtime.pool import Crew, Event, Job
+from tests.runtime import misbehaving
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def _tests_importable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT))  # workers inherit the path
+
+
+@pytest.fixture
+def crew(tmp_path: Path) -> Iterator[Crew]:
+    with Crew(2, {"SIMBENCH_TEST": "seen"}, tmp_path / "log") as crew:
+        yield crew
+
+
+def job(function: Any, *arguments: Any, limit_s: float = 60.0, trade: str = "a") -> Job:
+    return Job(function.__name__, trade, function, arguments, limit_s)
+
+
+def outcome(crew: Crew, *jobs: Job) -> list[Event]:
+    """Start jobs as there is room and return the event that ended each, by name."""
+    waiting = list(jobs)
+    ended: list[Event] = []
+    while waiting or not crew.is_idle:
+        while waiting and crew.has_room:
+            crew.start(waiting.pop(0))
+        ended += [e for e in crew.events(within_s=0.2) if e.kind != "progress"]
+    return sorted(ended, key=lambda event: str(event.job.name))
+
+
+@pytest.mark.parametrize(
+    ("work", "kind", "value"),
+    [
+        pytest.param(job(misbehaving.answer, 7), "done", 7, id="returns"),
+        pytest.param(
+            job(misbehaving.fail),
+            "failed",
+            "ValueError: this job cannot be done",
+            id="raises",
+        ),
+        pytest.param(
+            job(misbehaving.interrupt),
+            "failed",
+            "KeyboardInterrupt",
+            id="raises what Ctrl-C raises",
+        ),
+        pytest.param(
+            job(misbehaving.leave, 0),
+            "died",
+            "process ended with exit status 0",
+            id="exits with status 0",
+        ),
+        pytest.param(
+            job(misbehaving.leave, 3),
+            "died",
+            "process ended with exit status 3",
+            id="exits with status 3",
+        ),
+        pytest.param(
+            job(misbehaving.crash), "died", "process killed by SIGSEGV", id="crashes"
+        ),
+        pytest.param(
+            job(misbehaving.hang, limit_s=0.3), "timeout", "did not return", id="hangs"
+        ),
+    ],
+)
+def test_job_ends_with_one_event_that_says_how(
+    crew: Crew, work: Job, kind: str, value: object
+) -> None:
+    (event,) = outcome(crew, work)
+    assert (event.kind, event.value) == (kind, value)
+
+
+def test_job_whose_process_does_not_start_in_time_is_lost(
+    crew: Crew, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workers, "_START_LIMIT_S", 0.0)
+    crew.start(job(misbehaving.answer, 7))
+    (event,) = crew.events(within_s=0.0)  # no process starts as fast
+    late = "its process did not start within 0 s"
+    assert (event.kind, event.value) == ("lost", late)
+
+
+def test_job_given_to_a_worker_that_is_dead_is_lost(crew: Crew) -> None:
+    (first,) = outcome(crew, job(misbehaving.process_id))
+    os.kill(first.value, signal.SIGKILL)
+    (event,) = outcome(crew, job(misbehaving.answer, 7))
+    assert (event.kind, event.value) == ("lost", "process killed by SIGKILL")
+
+
+def test_jobs_after_and_beside_a_crash_are_done(crew: Crew) -> None:
+    works = [
+        job(misbehaving.crash),
+        job(misbehaving.answer, 1),
+        job(misbehaving.hang, limit_s=0.3),
+        job(misbehaving.leave, 0),
+        job(misbehaving.process_id),
+    ]
+    kinds = {event.job.name: event.kind for event in outcome(crew, *works)}
+    assert kinds == {
+        "answer": "done",
+        "crash": "died",
+        "hang": "timeout",
+        "leave": "died",
+        "process_id": "done",
+    }
+
+
+def test_worker_is_used_again_for_its_own_trade_only(crew: Crew) -> None:
+    ids = [
+        outcome(crew, job(misbehaving.process_id, trade=trade))[0].value
+        for trade in ("a", "a", "b", "a")
+    ]
+    assert ids[0] == ids[1] == ids[3] != ids[2]
+
+
+def test_progress_is_reported(crew: Crew) -> None:
+    crew.start(job(misbehaving.answer, 7))
+    events: list[Event] = []
+    while not crew.is_idle:
+        events += crew.events(within_s=1.0)
+    assert [(event.kind, event.value) for event in events] == [
+        ("progress", 1),
+        ("done", 7),
+    ]
+
+
+def test_environment_is_set_in_workers_only(
+    crew: Crew, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("SIMBENCH_TEST", raising=False)
+    (event,) = outcome(crew, job(misbehaving.variable, "SIMBENCH_TEST"))
+    assert event.value == "seen"
+
+
+def test_workers_put_temporary_files_where_they_are_told(tmp_path: Path) -> None:
+    with Crew(1, {"TMPDIR": str(tmp_path)}, tmp_path / "log") as crew:
+        (event,) = outcome(crew, job(misbehaving.temporary_folder))
+    assert event.value == str(tmp_path)
+
+
+def test_traceback_of_a_failed_job_is_in_the_log(crew: Crew, tmp_path: Path) -> None:
+    outcome(crew, job(misbehaving.fail))
+    assert "this job cannot be done" in (tmp_path / "log").read_text()
+
+
+def test_leaving_the_block_ends_a_worker_at_work(tmp_path: Path) -> None:
+    late = tmp_path / "late"
+    with Crew(1, {}, tmp_path / "log") as crew:
+        crew.start(job(misbehaving.sleep_then_write, 1.0, late))
+        list(crew.events(within_s=30.0))  # until it has started
+    time.sleep(1.5)
+    assert not late.exists()
+
+
+def test_workers_die_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    late = tmp_path / "late"
+    program = f"""
+import os, pathlib, signal, sys
+sys.path.insert(0, {str(ROOT)!r})
+from simbench.runtime.pool import Crew, Job
+from tests.runtime import misbehaving
+with Crew(1, {{}}, pathlib.Path({str(tmp_path / "log")!r})) as crew:
+    late = pathlib.Path({str(late)!r})
+    crew.start(Job("x", "a", misbehaving.sleep_then_write, (1.0, late), 60.0))
+    list(crew.events(within_s=30.0))
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+    done = subprocess.run([sys.executable, "-c", program], check=False)
+    assert done.returncode == -9
+    time.sleep(1.5)
+    assert not late.exists()

@@ -1,0 +1,1 @@
+"""Parts that several trackers share: likelihoods, histograms, motion and resampling."""
