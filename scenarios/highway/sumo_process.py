@@ -1,7 +1,7 @@
 """Highway traffic by SUMO, as a program of its own: request in, recording out.
 
 ``python -m simbench.scenarios.highway.sumo_process FILE`` reads a request (JSON) from
-standard input and writes a recording (NPZ) to FILE. SUMO keeps one simulation a process,
+standard input and writes a recording (NPZ) to FILE. SUMO has one simulation a process,
 writes to the process's outputs and crashes on some networks; a child process makes all
 three harmless. The roads are straight here: SUMO decides who drives where along the
 lanes, and `simbench.scenarios.highway.bending` puts the result onto the real road.

@@ -17,8 +17,7 @@ from typing import Annotated
 import typer
 
 from simbench import __version__
-from simbench.cli import catalogue, check, generate, run, sweep, verify
-from simbench.cli import list as listing
+from simbench.cli import catalogue, check, describe, generate, run, sweep, verify
 from simbench.core.errors import SimbenchError
 
 __all__ = ["execute", "main"]
@@ -40,12 +39,12 @@ app.command("sweep")(sweep.sweep)
 app.command("generate")(generate.generate)
 app.command("check")(check.check)
 app.command("report")(run.report)
-app.command("list")(listing.list_all)
+app.command("list")(describe.list_all)
 app.command("show")(generate.show)
 app.command("catalogue")(catalogue.catalogue)
 app.command("verify")(verify.verify)
-app.command("doctor")(listing.doctor)
-app.command("schema")(listing.schema)
+app.command("doctor")(describe.doctor)
+app.command("schema")(describe.schema)
 
 
 def _print_version(wanted: bool) -> None:
