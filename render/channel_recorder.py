@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 from simbench.render.flow import View, forward_flow, sample_place
-from simbench.render.gl.pyrender_camera import Shot
+from simbench.render.gl.pyrender_camera import RenderedFrame
 from simbench.render.world.scene import FIRST_VEHICLE_ID
 
 __all__ = ["ChannelRecorder"]
@@ -38,7 +38,7 @@ class ChannelRecorder:
     def add(
         self,
         index: int,
-        shot: Shot,
+        shot: RenderedFrame,
         camera: Camera,
         poses: NDArray[np.float64],
         samples: int,
@@ -48,7 +48,7 @@ class ChannelRecorder:
         Parameters
         ----------
         index : int
-        shot : Shot
+        shot : RenderedFrame
             Taken with depth.
         camera : Camera
         poses : (V, 4, 4) float

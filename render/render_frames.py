@@ -22,7 +22,7 @@ from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
 
-__all__ = ["TargetHiddenError", "film"]
+__all__ = ["TargetHiddenError", "render_frames"]
 
 _PLAIN_VIEW = 0.7
 """Least visible fraction of the target in the first frame."""
@@ -36,7 +36,7 @@ class TargetHiddenError(RenderError):
     """A vehicle hides the target in the first frame, where trackers start."""
 
 
-def film(
+def render_frames(
     stage: Stage,
     keep: Callable[[int, NDArray[np.uint8]], None],
     *,

@@ -14,7 +14,7 @@ from simbench.core.camera import Camera
 from simbench.core.mask import Mask
 from simbench.core.sequence import Truth, VehicleTruth
 from simbench.core.trajectories import Trajectories
-from simbench.render.gl.pyrender_camera import Shot
+from simbench.render.gl.pyrender_camera import RenderedFrame
 from simbench.render.world.projection import NEAR_M
 from simbench.render.world.scene import Scene
 from simbench.render.world.vehicles import hull
@@ -169,7 +169,7 @@ class TruthRecorder:
 
     def add(
         self,
-        shot: Shot,
+        shot: RenderedFrame,
         camera: Camera,
         poses: NDArray[np.float64],
         outline: Outline | None = None,
@@ -178,7 +178,7 @@ class TruthRecorder:
 
         Parameters
         ----------
-        shot : Shot
+        shot : RenderedFrame
         camera : Camera
         poses : (V, 4, 4) float
         outline : callable of (N,) int to (S H, S W) bool, optional
@@ -240,7 +240,7 @@ class TruthRecorder:
                 share[index] = seen[index] / max(alone, seen[index])
         return share
 
-    def _add_target(self, shot: Shot) -> None:
+    def _add_target(self, shot: RenderedFrame) -> None:
         identity = int(self.scene.ids[self.trajectories.target])
         covered = shot.ids[shot.target_alone]
         hidden = covered[covered != identity]

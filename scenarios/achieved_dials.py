@@ -20,7 +20,7 @@ __all__ = [
     "MOST_FRAMES",
     "TAKES",
     "TOLERANCE",
-    "Hiding",
+    "OcclusionSummary",
     "achieved_dials",
     "missed",
     "most_frames",
@@ -48,7 +48,7 @@ _NOTHING = 0.05
 """Peak hidden share below which there is no occlusion to speak of."""
 
 
-class Hiding(NamedTuple):
+class OcclusionSummary(NamedTuple):
     """How a target is hidden over a sequence.
 
     Attributes
@@ -66,7 +66,7 @@ class Hiding(NamedTuple):
     number: int
 
 
-def occlusions_of(hidden: NDArray[np.float64]) -> Hiding:
+def occlusions_of(hidden: NDArray[np.float64]) -> OcclusionSummary:
     """Measure the occlusions in a course of hidden shares.
 
     An occlusion is a run of frames with more than half of the greatest hidden share of
@@ -81,19 +81,19 @@ def occlusions_of(hidden: NDArray[np.float64]) -> Hiding:
     Examples
     --------
     >>> occlusions_of(np.array([0.0, 0.2, 0.8, 0.8, 0.5, 0.1, 0.0]))
-    Hiding(peak=0.8, frames=3.0, number=1)
+    OcclusionSummary(peak=0.8, frames=3.0, number=1)
     """
     shares = hidden[~np.isnan(hidden)]
     if not len(shares):
-        return Hiding(float("nan"), 0.0, 0)
+        return OcclusionSummary(float("nan"), 0.0, 0)
     peak = float(shares.max())
     if peak < _NOTHING:
-        return Hiding(peak, 0.0, 0)
+        return OcclusionSummary(peak, 0.0, 0)
     deep = np.nan_to_num(hidden) > peak / 2.0
     deep[1:-1] |= deep[:-2] & deep[2:]
     edges = np.flatnonzero(np.diff(np.concatenate([[0], deep.astype(np.int8), [0]])))
     lengths = edges[1::2] - edges[::2]
-    return Hiding(peak, float(np.median(lengths)), len(lengths))
+    return OcclusionSummary(peak, float(np.median(lengths)), len(lengths))
 
 
 def achieved_dials(truth: Truth, scenario: Scenario) -> dict[str, float]:

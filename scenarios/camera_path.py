@@ -11,8 +11,7 @@ from simbench.core.camera import Camera
 from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import Trajectories
 from simbench.scenarios.geometry.line import Line
-from simbench.scenarios.schema import Camera as View
-from simbench.scenarios.schema import Place, Scenario
+from simbench.scenarios.schema import CameraSettings, Place, Scenario
 
 __all__ = ["camera_path", "place_points"]
 
@@ -72,7 +71,7 @@ def camera_path(
 
 
 def _shifts(
-    view: View, line: Line, trajectories: Trajectories
+    view: CameraSettings, line: Line, trajectories: Trajectories
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far along the road the camera and its aim have moved, (T,) m each."""
     times = trajectories.times
@@ -123,7 +122,7 @@ def _shake(
 
 
 def _wander(
-    view: View, times: NDArray[np.float64], rng: np.random.Generator
+    view: CameraSettings, times: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return how far a straying aim moves the picture: right and down [px], (T, 2).
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from simbench.core.camera import Camera
 from simbench.core.trajectories import Trajectories
-from simbench.scenarios.ball.simulate import roll_balls
+from simbench.scenarios.ball.simulate import simulate_balls
 from simbench.scenarios.camera_path import camera_path
 from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.geometry.road import RoadLine
@@ -17,7 +17,7 @@ from simbench.scenarios.occluders import PlacedOccluder, place_occluders
 from simbench.scenarios.schema import Floor, Scenario, SumoRoad
 from simbench.scenarios.schema.seeds import generator
 
-__all__ = ["Stage", "set_stage"]
+__all__ = ["Stage", "build_stage"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Stage:
     network: Network | None = None
 
 
-def set_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
+def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     """Simulate the traffic and place camera and occluders.
 
     Parameters
@@ -80,7 +80,7 @@ def _play(
     if isinstance(scenario.road, Floor):
         plan = scenario.road.floor
         reach = plan.length_m + plan.width_m + 1000.0
-        return Line.straight(reach), roll_balls(scenario, seed, skip=skip), None
+        return Line.straight(reach), simulate_balls(scenario, seed, skip=skip), None
     if isinstance(scenario.road, SumoRoad):
         drive = drive_network(scenario, seed, skip=skip)
         return drive.line, drive.trajectories, drive.network

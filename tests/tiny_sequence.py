@@ -52,7 +52,7 @@ def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequ
         achieved={"displacement_px": 2.0, "hidden": float("nan")},
         scenario={"name": name, "frames": frames, "dials": {"displacement_px": 2.0}},
         digest="ab" * 32,
-        redraws=1,
+        traffic_redraws=1,
         digests={"truth": "cd" * 32},
         made_with={"opengl": "by hand"},
     )

@@ -31,11 +31,11 @@ from simbench.render.world.scene import Scene
 # isort: split
 from OpenGL import GL
 
-__all__ = ["PyrenderCamera", "Shot"]
+__all__ = ["PyrenderCamera", "RenderedFrame"]
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class RenderedFrame:
     """What the camera saw in one frame.
 
     ``S`` is the number of samples a pixel along each axis.
@@ -125,7 +125,7 @@ class PyrenderCamera:
         GL.glDeleteTextures([self._grain])
         GL.glDeleteVertexArrays(1, [self._sky])
 
-    def put_up(self, standing: Mesh) -> None:
+    def load_scene(self, standing: Mesh) -> None:
         """Film other things in place of all that stands still in the scene."""
         offscreen.make_current()
         self._standing.delete()
@@ -140,7 +140,7 @@ class PyrenderCamera:
         *,
         want_depth: bool = False,
         gain: float = 1.0,
-    ) -> Shot:
+    ) -> RenderedFrame:
         """Take one picture.
 
         Parameters
@@ -174,7 +174,7 @@ class PyrenderCamera:
         shown = np.full(int(present[target]), target)  # none or one
         alone = self._draw_alone(poses, shown, clip)
         _raise_on_error()
-        return Shot(image, ids, alone, depth)
+        return RenderedFrame(image, ids, alone, depth)
 
     def outline(
         self, camera: Camera, poses: NDArray[np.float64], which: NDArray[np.int64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.gl.pyrender_camera import Shot
+from simbench.render.gl.pyrender_camera import RenderedFrame
 from simbench.render.image.glare import Shining, draw_glare
 from simbench.render.image.rain import draw_rain
 from simbench.render.world.scene import Scene
@@ -23,7 +23,7 @@ _BY_DAY = 0.35
 def see_through_air(
     stage: Stage,
     scene: Scene,
-    shot: Shot,
+    shot: RenderedFrame,
     poses: NDArray[np.float64],
     present: NDArray[np.bool_],
     frame: int,
@@ -36,7 +36,7 @@ def see_through_air(
     stage : Stage
     scene : Scene
         Of that stage.
-    shot : Shot
+    shot : RenderedFrame
         Its ids are read, never changed.
     poses : (V, 4, 4) float
         Vehicle frames to the road frame.

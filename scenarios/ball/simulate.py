@@ -16,7 +16,7 @@ from simbench.scenarios.schema import Ball, Floor, Scenario
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import stream
 
-__all__ = ["roll_balls", "varied"]
+__all__ = ["simulate_balls", "varied"]
 
 _DRAWS = 20
 _ROUNDING_M = 1e-9
@@ -40,7 +40,7 @@ def varied(ball: Ball, rng: np.random.Generator) -> Ball:
     )
 
 
-def roll_balls(scenario: Scenario, seed: int, *, skip: int = 0) -> Trajectories:
+def simulate_balls(scenario: Scenario, seed: int, *, skip: int = 0) -> Trajectories:
     """Let the balls of a scenario roll.
 
     Parameters
@@ -79,7 +79,7 @@ def roll_balls(scenario: Scenario, seed: int, *, skip: int = 0) -> Trajectories:
         except TrafficError as error:
             problem = error
             continue
-        return replace(_filmed(paths, balls, times), redraws=attempt)
+        return replace(_filmed(paths, balls, times), traffic_redraws=attempt)
     raise TrafficError(f"{scenario.name}: {problem}")
 
 

@@ -13,8 +13,8 @@ import yaml
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.sample_schema import schema_with_draws
-from simbench.scenarios.files.samples import draws_in
+from simbench.scenarios.files.sample_schema import schema_with_samples
+from simbench.scenarios.files.samples import samples_in
 from simbench.scenarios.files.variants import KEY, apply_variant, variant_names
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.road import SITE_KINDS
@@ -26,7 +26,7 @@ __all__ = [
     "load_variants",
     "mistake_line",
     "names_of",
-    "raw_scenario",
+    "read_raw_scenario",
     "scenario_schema",
     "variants_of",
 ]
@@ -69,8 +69,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     'extreme'
     """
     path, _ = _found(str(name_or_path))
-    content = raw_scenario(name_or_path)
-    drawn = next(iter(draws_in(content, str(path))), None)
+    content = read_raw_scenario(name_or_path)
+    drawn = next(iter(samples_in(content, str(path))), None)
     if drawn is not None:
         raise ScenarioError(
             f"{path}: {drawn} is drawn anew for each seed: only generate and show take "
@@ -124,7 +124,7 @@ def variants_of(name_or_path: str | Path) -> list[str]:
     return variant_names(_read_mapping(path), str(path))
 
 
-def raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
+def read_raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
     """Read a scenario file as it stands, its variant applied, not validated yet.
 
     Parameters
@@ -154,7 +154,7 @@ def raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors that complete YAML."""
-    schema = schema_with_draws(Scenario.model_json_schema())
+    schema = schema_with_samples(Scenario.model_json_schema())
     schema["properties"][KEY] = {
         "description": "The same story told otherwise: by name, the keys that change.",
         "type": "object",

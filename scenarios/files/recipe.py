@@ -12,8 +12,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.loading import mistake_line, names_of, raw_scenario
-from simbench.scenarios.files.samples import drawn, draws_in
+from simbench.scenarios.files.loading import mistake_line, names_of, read_raw_scenario
+from simbench.scenarios.files.samples import drawn, samples_in
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.sumo_config import by_content
 
@@ -55,7 +55,7 @@ class Recipe:
     @property
     def is_fixed(self) -> bool:
         """Whether it tells the same scenario for every seed."""
-        return not draws_in(self.content, self.source)
+        return not samples_in(self.content, self.source)
 
     @property
     def digest(self) -> str:
@@ -114,8 +114,8 @@ def load_recipe(name_or_path: str | Path) -> Recipe:
     (True, 'smoke')
     """
     source = str(name_or_path)
-    recipe = Recipe(raw_scenario(name_or_path), source)
-    draws = [key.split(".") for key in draws_in(recipe.content, source)]
+    recipe = Recipe(read_raw_scenario(name_or_path), source)
+    draws = [key.split(".") for key in samples_in(recipe.content, source)]
     mistakes = []
     for seed in range(_TRIES):
         try:

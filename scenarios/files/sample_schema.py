@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.strict import kinds_of
 
-__all__ = ["NEVER_DRAWN", "schema_with_draws", "takes_whole_numbers"]
+__all__ = ["NEVER_DRAWN", "schema_with_samples", "takes_whole_numbers"]
 
 NEVER_DRAWN = ("name", "variant")
 """What names sequences, and so must not depend on the seed."""
@@ -45,7 +45,7 @@ _DRAW_SCHEMA = {
 }
 
 
-def schema_with_draws(schema: Mapping[str, Any]) -> dict[str, Any]:
+def schema_with_samples(schema: Mapping[str, Any]) -> dict[str, Any]:
     """Return a scenario file's JSON Schema in which a draw may stand for any value."""
     parts = {name: _or_draw(part) for name, part in schema["$defs"].items()}
     return {**_or_draw(schema), "$defs": parts | {"Draw": _DRAW_SCHEMA}}

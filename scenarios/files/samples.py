@@ -28,7 +28,7 @@ import numpy as np
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.files.sample_schema import NEVER_DRAWN, takes_whole_numbers
 
-__all__ = ["drawn", "draws_in", "is_draw"]
+__all__ = ["drawn", "is_sample", "samples_in"]
 
 Key = tuple[str, ...]
 
@@ -68,12 +68,12 @@ class _Choice:
         return self.values[int(rng.choice(len(self.values), p=self.shares))]
 
 
-def is_draw(value: object) -> bool:
+def is_sample(value: object) -> bool:
     """Whether a value of a scenario file stands for a draw."""
     return isinstance(value, Mapping) and bool({"range", "choice"} & set(value))
 
 
-def draws_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
+def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the draws of a scenario file, by dotted key, after a check of each.
 
     Parameters
@@ -95,13 +95,13 @@ def draws_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
 
     Examples
     --------
-    >>> draws_in({"frames": 9, "target": {"lane": {"choice": [0, 1]}}}, "mine.yaml")
+    >>> samples_in({"frames": 9, "target": {"lane": {"choice": [0, 1]}}}, "mine.yaml")
     {'target.lane': {'choice': [0, 1]}}
     """
-    if is_draw(content):
+    if is_sample(content):
         raise ScenarioError(f"{where}: must not be drawn as a whole, only its values")
     for key in NEVER_DRAWN:
-        if is_draw(content.get(key)):
+        if is_sample(content.get(key)):
             raise ScenarioError(f"{where}: {key} must not be drawn, it names sequences")
     return {".".join(key): draw for key, draw in _walk(content, (), where)}
 
@@ -131,12 +131,12 @@ def drawn(
     Raises
     ------
     ScenarioError
-        As `draws_in`.
+        As `samples_in`.
     """
     values: dict[str, Any] = {}
 
     def settled(value: Any, key: Key, depth: int = 0) -> Any:
-        if is_draw(value):
+        if is_sample(value):
             rng = _generator(seed, name, key, depth)
             chosen = settled(_read(value, key, where).draw(rng), key, depth + 1)
             values[".".join(key)] = chosen
@@ -157,7 +157,7 @@ def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generato
 
 
 def _walk(value: Any, key: Key, where: str) -> Iterator[tuple[Key, Any]]:
-    if is_draw(value):
+    if is_sample(value):
         choice = _read(value, key, where)
         for one in choice.values if isinstance(choice, _Choice) else ():
             list(_walk(one, key, where))

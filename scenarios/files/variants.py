@@ -16,7 +16,7 @@ import re
 from typing import Any
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.samples import is_draw
+from simbench.scenarios.files.samples import is_sample
 
 __all__ = ["KEY", "apply_variant", "variant_names"]
 
@@ -129,7 +129,7 @@ def _join(known: dict[str, Any], new: dict[str, Any], place: str) -> None:
 def _merge(content: dict[str, Any], changes: dict[str, Any]) -> None:
     for key, value in changes.items():
         known = content.get(key)
-        is_draw_there = is_draw(known) or is_draw(value)  # one value, not a part's
+        is_draw_there = is_sample(known) or is_sample(value)  # one value, not a part's
         if isinstance(known, dict) and isinstance(value, dict) and not is_draw_there:
             _merge(known, value)
         else:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from simbench.core.trajectories import LaneChange, Trajectories, Vehicle
 from simbench.scenarios.geometry.road import RoadLine
-from simbench.scenarios.highway.fleet import FLEET, PAINTS, draw_paint
+from simbench.scenarios.highway.fleet import FLEET, PAINTS, sample_paint
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.seeds import generator, offspring
 
@@ -30,7 +30,7 @@ def bend(
     seed: int,
     times: NDArray[np.float64],
     *,
-    redraws: int,
+    traffic_redraws: int,
 ) -> Trajectories:
     """Put a recording of SUMO's straight road onto the scenario's road.
 
@@ -46,7 +46,7 @@ def bend(
         Seed of the run, for the paints.
     times : (T,) float, s
         Of the kept frames.
-    redraws : int
+    traffic_redraws : int
         Draws thrown away before this one.
     """
     at = times / STEP_S
@@ -81,7 +81,7 @@ def bend(
         lanes=lanes.astype(np.int64),
         target=names.index("target"),
         lane_changes=changes,
-        redraws=redraws,
+        traffic_redraws=traffic_redraws,
     )
 
 
@@ -104,7 +104,7 @@ def _vehicles(
         elif name.startswith("stranger."):
             colour = PAINTS[scenario.strangers[int(name.split(".")[1])].colour]
         else:  # by its name: one vehicle more or less paints no other
-            colour = draw_paint(kind, offspring(root, name))
+            colour = sample_paint(kind, offspring(root, name))
         vehicles.append(
             Vehicle(name, kind, build.length, build.width, build.height, colour)
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from simbench.core.trajectories import VehicleClass
 
-__all__ = ["FLEET", "PAINTS", "Build", "draw_paint"]
+__all__ = ["FLEET", "PAINTS", "Build", "sample_paint"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ _CAR_SHARES = {
 _LORRY_SHARES = {"white": 0.5, "silver": 0.1, "red": 0.1, "blue": 0.2, "yellow": 0.1}
 
 
-def draw_paint(
+def sample_paint(
     vehicle_class: VehicleClass, rng: np.random.Generator
 ) -> tuple[int, int, int]:
     """Draw a paint (sRGB, 0..255) as such a vehicle would have."""

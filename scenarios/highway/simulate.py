@@ -18,7 +18,7 @@ from simbench.core.trajectories import Trajectories
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.bending import STEP_S, bend
 from simbench.scenarios.highway.fleet import FLEET
-from simbench.scenarios.schema import Scenario, told_lanes
+from simbench.scenarios.schema import Scenario, scripted_lanes
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import stream
 
@@ -66,7 +66,7 @@ def simulate(
         recording = _recorded(request)
         reason = _implausible(recording, request, scenario)
         if not reason:
-            return bend(recording, scenario, line, seed, times, redraws=attempt)
+            return bend(recording, scenario, line, seed, times, traffic_redraws=attempt)
         logger.info("%s seed %d: drawn again: %s", scenario.name, seed, reason)
     raise TrafficError(
         f"{scenario.name}: no plausible traffic in {_DRAWS} draws, wanted one without "
@@ -105,7 +105,7 @@ def _request(
 
 
 def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, Any]:
-    told = told_lanes(role)
+    told = scripted_lanes(role)
     lanes = {role.lane, *(lane for _, lane in told)}
     moves = [{"at_s": at_s, "speed_mps": None, "lane": lane} for at_s, lane in told]
     moves += [

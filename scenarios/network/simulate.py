@@ -15,13 +15,13 @@ from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import LaneChange, Trajectories, Vehicle
 from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.highway.bending import STEP_S, gradient, sample
-from simbench.scenarios.highway.fleet import draw_paint
+from simbench.scenarios.highway.fleet import sample_paint
 from simbench.scenarios.highway.simulate import run_sumo
 from simbench.scenarios.highway.tractrix import body_centre, calm_slope, towed
 from simbench.scenarios.network.recording import Drive, Recording
 from simbench.scenarios.network.shapes import Network, read_network
 from simbench.scenarios.network.target import choose
-from simbench.scenarios.network.target_line import way_of
+from simbench.scenarios.network.target_line import target_line
 from simbench.scenarios.schema import Scenario, SumoRoad
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import generator, stream
@@ -87,7 +87,7 @@ def drive_network(scenario: Scenario, seed: int, *, skip: int = 0) -> NetworkDri
         recording = _recorded(json.dumps(request), path, files.content)
         looks = generator(scenario, seed, "looks")
         paints = [
-            one.look.colour or draw_paint(one.look.vehicle_class, looks)
+            one.look.colour or sample_paint(one.look.vehicle_class, looks)
             for one in recording.drives
         ]
         try:
@@ -159,7 +159,7 @@ def _played(
     target: int,
     start: int,
     times: NDArray[np.float64],
-    redraws: int,
+    traffic_redraws: int,
 ) -> NetworkDrive:
     """Cut the story out of a recording."""
     first = max(0, start - _SETTLING)
@@ -190,9 +190,9 @@ def _played(
         lanes=np.where(present, np.nan_to_num(nearest, nan=-1.0), -1).astype(np.int64),
         target=own,
         lane_changes=_changes(kept, own, start, float(times[-1])),
-        redraws=redraws,
+        traffic_redraws=traffic_redraws,
     )
-    return NetworkDrive(network, way_of(drives[target], origin), trajectories)
+    return NetworkDrive(network, target_line(drives[target], origin), trajectories)
 
 
 def _near(drives: tuple[Drive, ...], target: int, start: int, last: int) -> list[int]:

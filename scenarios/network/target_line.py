@@ -12,14 +12,14 @@ from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.highway.tractrix import body_centre, calm_slope, towed
 from simbench.scenarios.network.recording import Drive
 
-__all__ = ["way_of"]
+__all__ = ["target_line"]
 
 _STEP_M = 1.0
 _SMOOTH_M = 8.0
 _MARGIN_M = 600.0  # as far as places may lie before its way begins and after its end
 
 
-def way_of(drive: Drive, origin: NDArray[np.float64]) -> Line:
+def target_line(drive: Drive, origin: NDArray[np.float64]) -> Line:
     """Return the way of a vehicle as a line, drawn out straight at both ends.
 
     Parameters

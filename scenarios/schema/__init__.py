@@ -16,7 +16,7 @@ from simbench.scenarios.schema.road import (
     FloorPlan,
     Place,
     Road,
-    Section,
+    RoadSection,
     SumoRoad,
 )
 from simbench.scenarios.schema.scenario import Scenario, Seeds
@@ -27,14 +27,14 @@ from simbench.scenarios.schema.traffic import (
     Stranger,
     Target,
     Traffic,
-    told_lanes,
+    scripted_lanes,
 )
-from simbench.scenarios.schema.view import Camera, Imaging
+from simbench.scenarios.schema.view import CameraSettings, Imaging
 
 __all__ = [
     "DIAL_NAMES",
     "Ball",
-    "Camera",
+    "CameraSettings",
     "Choice",
     "Dials",
     "Distractors",
@@ -48,8 +48,8 @@ __all__ = [
     "Occlusion",
     "Place",
     "Road",
+    "RoadSection",
     "Scenario",
-    "Section",
     "Seeds",
     "Stranger",
     "SumoRoad",
@@ -57,5 +57,5 @@ __all__ = [
     "Target",
     "Traffic",
     "Tunnel",
-    "told_lanes",
+    "scripted_lanes",
 ]

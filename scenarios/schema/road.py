@@ -16,7 +16,7 @@ __all__ = [
     "FloorPlan",
     "Place",
     "Road",
-    "Section",
+    "RoadSection",
     "Site",
     "SumoRoad",
 ]
@@ -25,7 +25,7 @@ SITE_KINDS = ("<carriageway>", "<floor>", "<network>")
 """Names of the kinds of site; they stand in pydantic's error places, not in files."""
 
 
-class Section(Strict):
+class RoadSection(Strict):
     """A stretch of road of one curvature and one slope."""
 
     length_m: float = Field(gt=0, le=10_000, description="Length along the road.")
@@ -53,8 +53,8 @@ class Road(Strict):
     before_m: float = Field(
         default=300, ge=50, le=3000, description="Straight road before along_m = 0."
     )
-    sections: tuple[Section, ...] = Field(
-        default=(Section(length_m=1200),), min_length=1, max_length=50
+    sections: tuple[RoadSection, ...] = Field(
+        default=(RoadSection(length_m=1200),), min_length=1, max_length=50
     )
 
     @property
@@ -161,7 +161,7 @@ class Place(Strict):
     y_m: float | None = Field(default=None, description="Of a SUMO network: north.")
 
     @model_validator(mode="after")
-    def _is_told_in_one_way(self) -> Self:
+    def _has_one_script(self) -> Self:
         if (self.x_m is None) != (self.y_m is None):
             raise ValueError("give x_m and y_m together")
         if self.x_m is not None and (self.along_m or self.lateral_m):

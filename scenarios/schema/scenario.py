@@ -21,8 +21,8 @@ from simbench.scenarios.schema.light import Light
 from simbench.scenarios.schema.road import Floor, Road, Site, SumoRoad
 from simbench.scenarios.schema.scenery import Occluder, Surroundings
 from simbench.scenarios.schema.strict import Strict
-from simbench.scenarios.schema.traffic import Stranger, Target, Traffic, told_lanes
-from simbench.scenarios.schema.view import Camera, Imaging
+from simbench.scenarios.schema.traffic import Stranger, Target, Traffic, scripted_lanes
+from simbench.scenarios.schema.view import CameraSettings, Imaging
 
 __all__ = ["Scenario", "Seeds"]
 
@@ -53,7 +53,7 @@ class Scenario(Strict):
     strangers: tuple[Stranger, ...] = Field(default=(), max_length=20)
     occluders: tuple[Occluder, ...] = Field(default=(), max_length=200)
     surroundings: Surroundings = Surroundings()
-    camera: Camera = Camera()
+    camera: CameraSettings = CameraSettings()
     light: Light = Light()
     imaging: Imaging = Imaging()
     dials: Dials = Dials()
@@ -105,7 +105,7 @@ class Scenario(Strict):
                     f"{what}.manoeuvres.{index}.at_s must be at most "
                     f"{self.duration_s:.2f}, the last frame, got {move.at_s:g}"
                 )
-        for at_s, lane in told_lanes(role):
+        for at_s, lane in scripted_lanes(role):
             if not 0 <= lane < self.carriageway.lanes:
                 raise ValueError(
                     f"{what}.manoeuvres must stay on lanes 0 to "

@@ -16,7 +16,7 @@ __all__ = [
     "Stranger",
     "Target",
     "Traffic",
-    "told_lanes",
+    "scripted_lanes",
 ]
 
 
@@ -109,7 +109,7 @@ class Target(Strict):
     )
 
     @model_validator(mode="after")
-    def _is_told_in_one_way(self) -> Self:
+    def _has_one_script(self) -> Self:
         for key in ("ball", "id", "choose"):
             if getattr(self, key) is not None:
                 self._require_alone(key)
@@ -146,7 +146,7 @@ class Stranger(Strict):
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
 
 
-def told_lanes(role: Target | Stranger) -> list[tuple[float, int]]:
+def scripted_lanes(role: Target | Stranger) -> list[tuple[float, int]]:
     """Return when a vehicle is told to change lane [s], and the lane it must reach."""
     lane, told = role.lane, []
     for move in sorted(role.manoeuvres, key=lambda move: move.at_s):

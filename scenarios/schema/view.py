@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 from simbench.scenarios.schema.road import Place
 from simbench.scenarios.schema.strict import Strict
 
-__all__ = ["Camera", "Imaging"]
+__all__ = ["CameraSettings", "Imaging"]
 
 
-class Camera(Strict):
+class CameraSettings(Strict):
     """Where the camera stands or how it moves, and where it looks."""
 
     mount: Literal["overpass", "mast", "drone", "car"] = "mast"

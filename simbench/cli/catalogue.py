@@ -33,21 +33,21 @@ def catalogue(
     A scenario that cannot be drawn or filmed says so on the page; the exit status is
     then 1.
     """
-    from simbench.report.catalogue.entry import Wish
-    from simbench.report.catalogue.make import look_at_all
+    from simbench.report.catalogue.entry import EntryRequest
+    from simbench.report.catalogue.make import make_entries
     from simbench.report.catalogue.page import write_catalogue
     from simbench.runtime.versions import core_count
     from simbench.scenarios.files.loading import library, names_of, variants_of
 
     names = [one for name in scenarios or library() for one in names_of(name)]
-    wishes = [Wish.drawn(name, seed) for name in names]
+    wishes = [EntryRequest.drawn(name, seed) for name in names]
     others = [[] if w.content.get("variant") else variants_of(w.source) for w in wishes]
     console = Console()
     with (
         interruptible("nothing was written"),
         progress_bar(console) as progress,
     ):
-        entries = look_at_all(wishes, jobs=jobs or core_count(), progress=progress)
+        entries = make_entries(wishes, jobs=jobs or core_count(), progress=progress)
         write_catalogue(entries, others, out)
     for entry in entries:
         if entry.problem:

@@ -57,7 +57,7 @@ def schema(
     ] = None,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete YAML."""
-    from simbench.core.atomic_write import written_whole
+    from simbench.core.atomic_write import atomic_write
     from simbench.core.errors import DatasetError
     from simbench.scenarios.files.loading import scenario_schema
 
@@ -66,7 +66,7 @@ def schema(
         typer.echo(text, nl=False)
         return
     try:
-        with written_whole(out) as temporary:
+        with atomic_write(out) as temporary:
             temporary.write_text(text, encoding="utf-8")
     except OSError as error:
         raise DatasetError(f"{out}: cannot be written: {error.strerror}") from None

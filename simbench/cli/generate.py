@@ -15,8 +15,8 @@ from simbench.cli.display import interruptible, progress_bar
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
-    from simbench.generation.dataset.produce import Outcome
-    from simbench.generation.dataset.request import Batch, Wanted
+    from simbench.generation.dataset.produce import ProductionResult
+    from simbench.generation.dataset.request import Batch, DatasetRequest
     from simbench.scenarios.files.recipe import Recipe
 
 __all__ = ["generate", "show"]
@@ -77,13 +77,13 @@ def generate(
     """
     from simbench.datasets.channels import require_known
     from simbench.generation.dataset.produce import produce_dataset
-    from simbench.generation.dataset.request import Wanted
+    from simbench.generation.dataset.request import DatasetRequest
     from simbench.runtime.versions import core_count
 
     recipes = recipes_from(scenarios, frames)
     batches = _batches(recipes, count, seed, seeds)
     recorded = require_known(filter(None, channels.replace(" ", "").split(",")))
-    wanted = Wanted(batches, layout, split, recorded)
+    wanted = DatasetRequest(batches, layout, split, recorded)
     console = Console()
     with (
         interruptible("the same command goes on from here"),
@@ -118,7 +118,9 @@ def _batches(
     return tuple(Batch(recipe, parse_seeds(seeds or "0")) for recipe in recipes)
 
 
-def _print(console: Console, outcome: Outcome, out: str, wanted: Wanted) -> None:
+def _print(
+    console: Console, outcome: ProductionResult, out: str, wanted: DatasetRequest
+) -> None:
     def line(text: str, style: str | None = None) -> None:
         console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
 

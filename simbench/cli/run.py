@@ -28,9 +28,9 @@ from simbench.cli.display import interruptible, progress_bar, score_table
 
 if TYPE_CHECKING:
     from simbench.experiments.request import Request
-    from simbench.experiments.run import Outcome
+    from simbench.experiments.run import RunResult
 
-__all__ = ["carry_out", "conclude", "report", "run"]
+__all__ = ["conclude", "execute_request", "report", "run"]
 
 _RUNS = Path("results") / "runs"
 DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
@@ -69,7 +69,7 @@ def run(
         timeout,
     )
     console = Console()
-    outcome = carry_out(
+    outcome = execute_request(
         console,
         request,
         out,
@@ -82,7 +82,7 @@ def run(
     conclude(console, outcome)
 
 
-def carry_out(
+def execute_request(
     console: Console,
     request: Request,
     out: Path | None,
@@ -91,16 +91,16 @@ def carry_out(
     cluster: str,
     fresh: bool,
     keep_sequences: bool = False,
-) -> Outcome:
-    """Do a request and show how far it is; see `whole_run`."""
-    from simbench.experiments.run import whole_run
+) -> RunResult:
+    """Do a request and show how far it is; see `run_experiment`."""
+    from simbench.experiments.run import run_experiment
     from simbench.runtime.versions import core_count
 
     with (
         interruptible("the same command goes on from here"),
         progress_bar(console) as progress,
     ):
-        return whole_run(
+        return run_experiment(
             request,
             out or _RUNS / request.folder_name,
             command=shlex.join(["simbench", *sys.argv[1:]]),
@@ -112,7 +112,7 @@ def carry_out(
         )
 
 
-def conclude(console: Console, outcome: Outcome) -> NoReturn:
+def conclude(console: Console, outcome: RunResult) -> NoReturn:
     """Say what failed and where the report is, and leave with exit status 0 or 1."""
     for failure in outcome.failures:
         console.print(
@@ -130,12 +130,12 @@ def report(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
 ) -> None:
     """Write a run's report anew; pictures that are gone are filmed again."""
-    from simbench.experiments.rebuild_report import report_again
+    from simbench.experiments.rebuild_report import rebuild_report
 
     console = Console()
     with (
         interruptible("nothing was changed"),
         progress_bar(console) as progress,
     ):
-        path = report_again(run_folder, progress)
+        path = rebuild_report(run_folder, progress)
     console.print(f"report: {path}", highlight=False, soft_wrap=True)

@@ -21,11 +21,11 @@ from simbench.cli.arguments import (
     trackers_from,
 )
 from simbench.cli.display import print_table
-from simbench.cli.run import DEFAULT_TRACKERS, carry_out, conclude
+from simbench.cli.run import DEFAULT_TRACKERS, conclude, execute_request
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
-    from simbench.evaluation.sweep_scores import Swept
+    from simbench.evaluation.sweep_scores import SweepScores
 
 __all__ = ["sweep"]
 
@@ -74,13 +74,15 @@ def sweep(
         asked,
     )
     console = Console()
-    outcome = carry_out(console, request, out, jobs=jobs, cluster=cluster, fresh=fresh)
+    outcome = execute_request(
+        console, request, out, jobs=jobs, cluster=cluster, fresh=fresh
+    )
     if outcome.swept is not None:
         _print(console, outcome.swept)
     conclude(console, outcome)
 
 
-def _print(console: Console, swept: Swept) -> None:
+def _print(console: Console, swept: SweepScores) -> None:
     """Print scores by value of the dial, what was not reached, and breaking points."""
     from simbench.report.sweep_text import breaking_table, notes, point_table
 

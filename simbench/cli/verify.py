@@ -11,7 +11,7 @@ from simbench.cli.arguments import Jobs
 from simbench.cli.display import interruptible, progress_bar
 
 if TYPE_CHECKING:
-    from simbench.verification.compare_sequences import Finding
+    from simbench.verification.compare_sequences import VerificationResult
 
 __all__ = ["verify"]
 
@@ -39,11 +39,11 @@ def verify(
     """
     from simbench.runtime.versions import core_count
     from simbench.verification.compare_dataset import compare_whole
-    from simbench.verification.verify import find_subjects
+    from simbench.verification.verify import find_targets_to_verify
     from simbench.verification.verify import verify as verify_all
 
     console = Console()
-    subjects, total = find_subjects(place, sample)
+    subjects, total = find_targets_to_verify(place, sample)
     with (
         interruptible("nothing was changed"),
         progress_bar(console) as progress,
@@ -63,12 +63,12 @@ def verify(
     raise typer.Exit(0 if all(finding.is_same for finding in found) else 1)
 
 
-def _print(console: Console, finding: Finding) -> None:
+def _print(console: Console, finding: VerificationResult) -> None:
     style = None if finding.is_same else "red"
     console.print(str(finding), style=style, highlight=False, soft_wrap=True)
 
 
-def _conclude(console: Console, findings: list[Finding], of: int) -> None:
+def _conclude(console: Console, findings: list[VerificationResult], of: int) -> None:
     elsewhere = {
         (name, *pair)
         for finding in findings

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from simbench.core.errors import DatasetError
 
-__all__ = ["folder_written_whole", "written_whole"]
+__all__ = ["atomic_write", "atomic_write_folder"]
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary path that becomes the file ``path`` when the block ends well.
 
     Parameters
@@ -46,10 +46,10 @@ def written_whole(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def folder_written_whole(path: Path) -> Iterator[Path]:
+def atomic_write_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder that becomes ``path`` when the block ends well.
 
-    As `written_whole`. A folder that is there already is removed, with all that lies
+    As `atomic_write`. A folder that is there already is removed, with all that lies
     in it: only for folders that nobody else writes to.
     """
     with _neighbour(path) as temporary:

@@ -130,7 +130,7 @@ class Sequence:
     digest : str
         SHA-256, as hex, over the scenario and seed that made it; empty for recorded
         data.
-    redraws : int
+    traffic_redraws : int
         Traffic draws thrown away before this one.
     digests : mapping from str to str
         SHA-256, as hex, of its ``trajectories``, ``truth``, ``ids`` and ``frames`` as
@@ -156,7 +156,7 @@ class Sequence:
     achieved: Mapping[str, float] = field(default_factory=dict)
     scenario: Mapping[str, Any] | None = None
     digest: str = ""
-    redraws: int = 0
+    traffic_redraws: int = 0
     digests: Mapping[str, str] = field(default_factory=dict)
     made_with: Mapping[str, str] = field(default_factory=dict)
     channels: Mapping[str, collections.abc.Sequence[NDArray[Any]]] = field(

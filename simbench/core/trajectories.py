@@ -87,7 +87,7 @@ class Trajectories:
         Index of the target among the vehicles.
     lane_changes : tuple of LaneChange
         In order of their start.
-    redraws : int
+    traffic_redraws : int
         Traffic draws thrown away before this one (collision, absurd braking).
     """
 
@@ -100,4 +100,4 @@ class Trajectories:
     lanes: NDArray[np.int64]
     target: int
     lane_changes: tuple[LaneChange, ...] = ()
-    redraws: int = 0
+    traffic_redraws: int = 0

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
@@ -72,11 +72,11 @@ def write_sequence(folder: Path, sequence: Sequence) -> None:
         times = np.array([_write(folder, i, frame) for i, frame in enumerate(frames)])
     try:
         write_channels(folder, sequence.channels)
-        with written_whole(folder / "truth.npz") as temporary:
+        with atomic_write(folder / "truth.npz") as temporary:
             with temporary.open("wb") as file:
                 arrays = arrays_from_sequence(sequence) | {"times": times}
                 np.savez_compressed(file, **arrays)  # type: ignore[arg-type]  # names
-        with written_whole(folder / "sequence.json") as temporary:
+        with atomic_write(folder / "sequence.json") as temporary:
             text = json.dumps(_description(sequence), indent=1, allow_nan=False)
             temporary.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
@@ -128,7 +128,7 @@ def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
             achieved=_dials_from_json(facts["achieved"]),
             scenario=facts["scenario"],
             digest=facts["digest"],
-            redraws=facts["redraws"],
+            traffic_redraws=facts["traffic_redraws"],
             digests=dict(facts.get("digests", {})),
             made_with=dict(facts.get("made_with", {})),
             channels=channels_in(
@@ -151,7 +151,7 @@ def _description(sequence: Sequence) -> dict[str, Any]:
         "height": sequence.height,
         "seed": sequence.seed,
         "digest": sequence.digest,
-        "redraws": sequence.redraws,
+        "traffic_redraws": sequence.traffic_redraws,
         "digests": dict(sequence.digests),
         "made_with": dict(sequence.made_with),
         "channels": [name for name in CHANNELS if name in sequence.channels],

@@ -66,7 +66,7 @@ class UrlStore:
         return self.url
 
     @contextlib.contextmanager
-    def claimed(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Keep other productions out while the block runs.
 
         Object stores have no locks: a small file that is written again and again,

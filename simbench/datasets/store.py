@@ -40,7 +40,7 @@ class Store(Protocol):
     def address(self) -> str:
         """What opens the same store from any working directory."""
 
-    def claimed(self) -> contextlib.AbstractContextManager[None]:
+    def locked(self) -> contextlib.AbstractContextManager[None]:
         """Keep other productions out while the block runs."""
 
     def still_ours(self) -> None:
@@ -85,7 +85,7 @@ class FolderStore:
     Parameters
     ----------
     path : Path
-        Made when it is claimed.
+        Made when it is locked.
     """
 
     is_private = False
@@ -103,7 +103,7 @@ class FolderStore:
         return str(self.path.absolute())
 
     @contextlib.contextmanager
-    def claimed(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Keep other productions out while the block runs."""
         with self._told():
             self.path.mkdir(parents=True, exist_ok=True)
@@ -174,7 +174,7 @@ class FolderStore:
     def _flush_folders(self, paths: Iterable[str]) -> None:
         """Bring to the disk what the folders above files say is in them."""
         for folder in {up for path in paths for up in PurePosixPath(path).parents}:
-            with contextlib.suppress(FileNotFoundError):  # emptied, and gone
+            with contextlib.suppress(FileNotFoundError):  # empty_folder, and gone
                 _flush(self.path / folder)
 
     @contextlib.contextmanager

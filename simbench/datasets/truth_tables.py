@@ -25,7 +25,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence, Truth, VehicleTruth
 from simbench.datasets.frames import FrameFolder
@@ -91,7 +91,7 @@ def write_truth_tables(sequence: Sequence, folder: Path) -> None:
     }
     try:
         for name, values in tables.items():
-            with written_whole(folder / f"{name}.parquet") as temporary:
+            with atomic_write(folder / f"{name}.parquet") as temporary:
                 table = _table(COLUMNS[name], values, about)
                 pq.write_table(table, temporary, compression="zstd")
     except OSError as error:

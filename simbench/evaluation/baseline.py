@@ -22,7 +22,7 @@ from typing import Any, Final
 import pandas as pd
 import pydantic
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics import GROUP, seed_means, spread
@@ -178,7 +178,7 @@ class Baseline:
         """
         text = json.dumps(dataclasses.asdict(self), indent=2, allow_nan=False)
         try:
-            with written_whole(path) as partial:
+            with atomic_write(path) as partial:
                 partial.write_text(text + "\n")
         except OSError as error:
             raise DatasetError(

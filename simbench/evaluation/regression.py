@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import pandas as pd
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.evaluation.baseline import (
     MEASURES,
@@ -147,7 +147,7 @@ def write_junit(
             ElementTree.SubElement(case, "system-out").text = _printable(check.message)
     ElementTree.indent(root)
     try:
-        with written_whole(path) as partial:
+        with atomic_write(path) as partial:
             ElementTree.ElementTree(root).write(
                 partial, encoding="utf-8", xml_declaration=True
             )

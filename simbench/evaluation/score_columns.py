@@ -9,7 +9,7 @@ from typing import Final
 import pandas as pd
 import pyarrow as pa
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 
 __all__ = ["FRAME_TYPES", "KEYS", "RUN_TYPES", "read_table", "typed", "write_table"]
@@ -44,7 +44,7 @@ RUN_TYPES: Final = {
     "seconds_total": "float64",
     "track_seed": "str",
     "digest": "str",
-    "redraws": "int64",
+    "traffic_redraws": "int64",
 }
 FRAME_TYPES: Final = {
     **_KEY_TYPES,
@@ -85,7 +85,7 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
         If the place cannot be written to.
     """
     try:
-        with written_whole(path) as partial:
+        with atomic_write(path) as partial:
             table.to_parquet(partial, index=False)
     except OSError as error:
         raise DatasetError(f"{path}: cannot be written: {error.strerror}") from error

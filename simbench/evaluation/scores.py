@@ -22,7 +22,7 @@ from simbench.evaluation.score_columns import (
 )
 from simbench.evaluation.score_tables import frame_table, measured
 
-__all__ = ["KEYS", "Scores", "score", "score_failure", "score_unmade"]
+__all__ = ["KEYS", "Scores", "score", "score_failure", "score_missing"]
 
 _RUNS_FILE: Final = "scores.parquet"
 _FRAMES_FILE: Final = "frames.parquet"
@@ -56,7 +56,7 @@ class Scores:
         estimate), ``norm_precision_area``, ``center_error_median_px`` (over all scored
         frames, infinite where most were lost), ``seconds_init``, ``seconds_p95`` (of
         one update), ``seconds_total`` (with initialisation), ``track_seed``,
-        ``digest``, ``redraws``.
+        ``digest``, ``traffic_redraws``.
     frames : DataFrame
         One row a frame of a run: the same five names, ``frame``, ``time_s``, the
         estimate ``left, top, width, height`` [px], ``confidence``, ``particles``,
@@ -163,7 +163,7 @@ def score(
         ),
         "track_seed": str(track.seed),
         "digest": sequence.digest,
-        "redraws": sequence.redraws,
+        "traffic_redraws": sequence.traffic_redraws,
     }
     return Scores(_run_table(row), frames)
 
@@ -209,7 +209,7 @@ def score_failure(
     return _without_frames(keys, "failed", reason, missed)
 
 
-def score_unmade(
+def score_missing(
     *,
     scenario: str,
     seed: int | None,
@@ -253,7 +253,7 @@ def _without_frames(
         "reason": reason,
         "track_seed": "",
         "digest": "",
-        "redraws": 0,
+        "traffic_redraws": 0,
     }
     return Scores(_run_table(row), frames)
 

@@ -15,7 +15,7 @@ from simbench.evaluation.score_columns import read_table, write_table
 from simbench.evaluation.statistics import bootstrap_interval, seed_means
 from simbench.evaluation.sweep_axes import Sweep, is_harder_upwards, is_off
 
-__all__ = ["MEASURES", "Swept", "swept_scores"]
+__all__ = ["MEASURES", "SweepScores", "sweep_scores"]
 
 MEASURES: Final = ("success_50", "precision_20", "success_auc", "particles_mean")
 
@@ -48,7 +48,7 @@ _BREAKING_TYPES: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Swept:
+class SweepScores:
     """The results of a sweep.
 
     Attributes
@@ -75,7 +75,7 @@ class Swept:
     breaking: pd.DataFrame
 
     @classmethod
-    def read(cls, folder: Path, sweep: Sweep) -> Swept:
+    def read(cls, folder: Path, sweep: Sweep) -> SweepScores:
         """Read what `write` wrote.
 
         Raises
@@ -113,7 +113,9 @@ class Swept:
         return list(self.points["tracker"].drop_duplicates())
 
 
-def swept_scores(runs: pd.DataFrame, sweep: Sweep, rng: np.random.Generator) -> Swept:
+def sweep_scores(
+    runs: pd.DataFrame, sweep: Sweep, rng: np.random.Generator
+) -> SweepScores:
     """Summarise the runs of a sweep.
 
     Parameters
@@ -126,7 +128,7 @@ def swept_scores(runs: pd.DataFrame, sweep: Sweep, rng: np.random.Generator) -> 
 
     Returns
     -------
-    Swept
+    SweepScores
         Repetitions on a seed are averaged first. Sequences that could not be made
         have no part in any mean; a tracker that failed has, with what it scored.
     """
@@ -141,7 +143,7 @@ def swept_scores(runs: pd.DataFrame, sweep: Sweep, rng: np.random.Generator) -> 
             spread = _spreads(by_variant[variant], rng)
             points.append({"tracker": tracker, "variant": variant, **told, **spread})
         breaking += list(_breaking(str(tracker), rows, sweep, rng))
-    return Swept(
+    return SweepScores(
         sweep,
         pd.DataFrame(points),
         pd.DataFrame(breaking, columns=list(_BREAKING_TYPES)).astype(_BREAKING_TYPES),

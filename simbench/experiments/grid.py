@@ -9,13 +9,13 @@ from collections.abc import Callable
 from simbench.core.sequence import Sequence
 from simbench.datasets.native import is_finished, read_sequence
 from simbench.evaluation.scores import Scores
-from simbench.experiments.plan import Chase, Shoot, plan
+from simbench.experiments.plan import SequenceTask, TrackTask, plan
 from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tasks import film, follow
-from simbench.runtime.cluster import workforce
-from simbench.runtime.limits import film_limit_s
-from simbench.runtime.pool import Event, Job, Workforce
+from simbench.runtime.cluster import open_pool
+from simbench.runtime.limits import generation_limit_s
+from simbench.runtime.pool import Job, JobEvent, Pool
 from simbench.scenarios.achieved_dials import most_frames
 
 __all__ = ["Progress", "finished_scores", "run_grid"]
@@ -66,7 +66,7 @@ def run_grid(
     grid = _Grid(shoots, request.timeout_s, keep_sequences)
     with (
         folder.workshop() as temporary,
-        workforce(jobs, cluster, temporary, folder.log, folder.path) as crew,
+        open_pool(jobs, cluster, temporary, folder.log, folder.path) as crew,
     ):
         while grid.step(crew):
             if progress is not None:
@@ -100,11 +100,13 @@ def finished_scores(
 class _Grid:
     """Which tasks wait, which are under way, and which are lost."""
 
-    def __init__(self, shoots: list[Shoot], timeout_s: float, keep: bool) -> None:
+    def __init__(
+        self, shoots: list[SequenceTask], timeout_s: float, keep: bool
+    ) -> None:
         self.shoots = shoots
         self.timeout_s = timeout_s
         self.keep = keep
-        self.lost: dict[Chase, Scores] = {}
+        self.lost: dict[TrackTask, Scores] = {}
         self.shoot_of = {c.sequence: shoot for shoot in shoots for c in shoot.chases}
         found = {chase: chase.scores() for s in shoots for chase in s.chases}
         self.known = {chase: one for chase, one in found.items() if one is not None}
@@ -120,19 +122,19 @@ class _Grid:
             _cost(chase) for chases in self.open.values() for chase in chases
         )
         self.work_done = 0.0
-        self.under_way: dict[Shoot | Chase, float] = {}
+        self.under_way: dict[SequenceTask | TrackTask, float] = {}
 
-    def is_kept(self, shoot: Shoot) -> bool:
+    def is_kept(self, shoot: SequenceTask) -> bool:
         """Whether the pictures are wanted beyond the tracker runs."""
         return self.keep or shoot.is_first
 
-    def is_shown(self, shoot: Shoot) -> bool:
+    def is_shown(self, shoot: SequenceTask) -> bool:
         """Whether the pictures are wanted though all is followed, and can be made."""
         rows = [self.known[chase].runs for chase in shoot.chases if chase in self.known]
         cannot = rows and all((row["status"] == "unreachable").all() for row in rows)
         return self.is_kept(shoot) and not cannot
 
-    def step(self, crew: Workforce) -> bool:
+    def step(self, crew: Pool) -> bool:
         """Give out work, wait for news and hear it; return whether anything is left."""
         while crew.has_room and (self.ready or self.unfilmed):
             # follow first: so only as many sequences as needed stand on disk
@@ -143,15 +145,15 @@ class _Grid:
             self.hear(event)
         return bool(self.unfilmed or self.ready or not crew.is_idle)
 
-    def job(self, task: Shoot | Chase) -> Job:
-        if isinstance(task, Shoot):
-            limit_s = film_limit_s(most_frames(task.scenario))
+    def job(self, task: SequenceTask | TrackTask) -> Job:
+        if isinstance(task, SequenceTask):
+            limit_s = generation_limit_s(most_frames(task.scenario))
             arguments = task.scenario, task.seed, task.sequence
             return Job(task, "film", film, arguments, limit_s)
         limit_s = self.timeout_s + _GRACE_S
         return Job(task, "follow", follow, (task, self.timeout_s), limit_s)
 
-    def hear(self, event: Event) -> None:
+    def hear(self, event: JobEvent) -> None:
         task = event.job.name
         if event.kind == "progress":
             share = event.value / task.scenario.frames
@@ -159,12 +161,12 @@ class _Grid:
             return
         del self.under_way[task]
         self.work_done += _cost(task)
-        if isinstance(task, Shoot):
+        if isinstance(task, SequenceTask):
             self.filmed(task, event)
         else:
             self.followed(task, event)
 
-    def filmed(self, shoot: Shoot, event: Event) -> None:
+    def filmed(self, shoot: SequenceTask, event: JobEvent) -> None:
         if event.kind == "done" and event.value is None:
             self.ready.extend(self.open[shoot])
             return
@@ -183,7 +185,7 @@ class _Grid:
                 row.write(chase.part)
         shutil.rmtree(shoot.sequence, ignore_errors=True)
 
-    def followed(self, chase: Chase, event: Event) -> None:
+    def followed(self, chase: TrackTask, event: JobEvent) -> None:
         if event.kind in ("timeout", "died"):  # the tracker's doing, so a result
             late = f"timeout after {self.timeout_s:g} s"
             row = chase.failure(late if event.kind == "timeout" else event.value)
@@ -204,12 +206,12 @@ class _Grid:
     def scores(self) -> Scores:
         return Scores.concat(self.reached(c) for s in self.shoots for c in s.chases)
 
-    def reached(self, chase: Chase) -> Scores:
+    def reached(self, chase: TrackTask) -> Scores:
         found = self.known.get(chase) or chase.scores() or self.lost.get(chase)
         return found or chase.unmade("failed", "its scores cannot be read")
 
 
-def _cost(task: Shoot | Chase) -> float:
+def _cost(task: SequenceTask | TrackTask) -> float:
     """Return the work of a task, in frames followed."""
-    a_frame = _FILMING_COST if isinstance(task, Shoot) else 1.0
+    a_frame = _FILMING_COST if isinstance(task, SequenceTask) else 1.0
     return a_frame * task.scenario.frames

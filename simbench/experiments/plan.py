@@ -9,7 +9,7 @@ from typing import Literal
 
 from simbench.core.errors import DatasetError
 from simbench.datasets.native import read_sequence
-from simbench.evaluation.scores import Scores, score_failure, score_unmade
+from simbench.evaluation.scores import Scores, score_failure, score_missing
 from simbench.experiments.request import (
     Request,
     full_name,
@@ -22,14 +22,14 @@ from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import TrackerSpec
 
-__all__ = ["Chase", "Shoot", "plan", "sequence_stem"]
+__all__ = ["SequenceTask", "TrackTask", "plan", "sequence_stem"]
 
 _GENERATION = "simbench.generation.generate"
 _TRACKING = ("simbench.evaluation.run_tracker", "simbench.evaluation.scores")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chase:
+class TrackTask:
     """One run of one tracker over one sequence.
 
     Attributes
@@ -91,7 +91,7 @@ class Chase:
 
     def unmade(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
         """Return the row of a run that no tracker is to blame for: nothing measured."""
-        return score_unmade(
+        return score_missing(
             scenario=self.scenario.name,
             seed=self.seed,
             tracker=self.tracker.label,
@@ -103,7 +103,7 @@ class Chase:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shoot:
+class SequenceTask:
     """One sequence to film, and the tracker runs that need it.
 
     Attributes
@@ -114,14 +114,14 @@ class Shoot:
         Folder for it.
     is_first : bool
         Whether it is of the first seed, which the report shows.
-    chases : tuple of Chase
+    chases : tuple of TrackTask
     """
 
     scenario: Scenario
     seed: int
     sequence: Path
     is_first: bool
-    chases: tuple[Chase, ...]
+    chases: tuple[TrackTask, ...]
 
     @property
     def title(self) -> str:
@@ -129,7 +129,7 @@ class Shoot:
         return f"filming: {full_name(self.scenario)}, seed {self.seed}"
 
 
-def plan(request: Request, folder: RunFolder) -> list[Shoot]:
+def plan(request: Request, folder: RunFolder) -> list[SequenceTask]:
     """Return the sequences of a request in order, each with its tracker runs.
 
     Names on disk hold a digest of everything that makes the result, code included:
@@ -146,7 +146,7 @@ def plan(request: Request, folder: RunFolder) -> list[Shoot]:
             sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
             chases = tuple(_chases(request, codes, folder, scenario, seed, sequence))
             first = seed == request.seeds[0]
-            shoots.append(Shoot(scenario, seed, sequence, first, chases))
+            shoots.append(SequenceTask(scenario, seed, sequence, first, chases))
     return shoots
 
 
@@ -162,11 +162,11 @@ def _chases(
     scenario: Scenario,
     seed: int,
     sequence: Path,
-) -> Iterator[Chase]:
+) -> Iterator[TrackTask]:
     for tracker, code in zip(request.trackers, codes, strict=True):
         for repetition in range(request.repetitions):
             key = digest_of(
                 code, sequence.name, spec_text(tracker), repetition, request.timeout_s
             )
             part = folder.parts / key[:16]
-            yield Chase(scenario, seed, sequence, tracker, repetition, part)
+            yield TrackTask(scenario, seed, sequence, tracker, repetition, part)

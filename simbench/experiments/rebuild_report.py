@@ -11,7 +11,7 @@ from simbench.core.errors import DatasetError, ScenarioError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_axes import Sweep
-from simbench.evaluation.sweep_scores import Swept
+from simbench.evaluation.sweep_scores import SweepScores
 from simbench.experiments.grid import Progress
 from simbench.experiments.plan import sequence_stem
 from simbench.experiments.request import full_name
@@ -20,10 +20,10 @@ from simbench.generation.generate import finished_sequence, generate
 from simbench.report import write_report
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["report_again"]
+__all__ = ["rebuild_report"]
 
 
-def report_again(path: Path, progress: Progress) -> Path:
+def rebuild_report(path: Path, progress: Progress) -> Path:
     """Write the report of the run in ``path`` and return where it stands.
 
     The sequences that it shows are those kept in the folder; what is not there is made
@@ -43,7 +43,7 @@ def report_again(path: Path, progress: Progress) -> Path:
         scenarios = [Scenario.model_validate(s["scenario"]) for s in facts["scenarios"]]
         seed = int(facts["seeds"][0])
         told = facts.get("sweep")
-        swept = None if told is None else Swept.read(path, Sweep.from_facts(told))
+        swept = None if told is None else SweepScores.read(path, Sweep.from_facts(told))
     except (KeyError, IndexError, TypeError, ValidationError, ScenarioError) as error:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"

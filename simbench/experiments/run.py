@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_scores import Swept, swept_scores
+from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.experiments.grid import Progress, finished_scores, run_grid
 from simbench.experiments.request import Request, spec_text
 from simbench.experiments.run_folder import RunFolder
@@ -19,11 +19,11 @@ from simbench.report import write_report
 from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.versions import host, versions
 
-__all__ = ["Outcome", "run_facts", "whole_run"]
+__all__ = ["RunResult", "run_experiment", "run_facts"]
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class RunResult:
     """What came out of a run.
 
     Attributes
@@ -31,13 +31,13 @@ class Outcome:
     scores : Scores
     report : Path
         The HTML file.
-    swept : Swept or None
+    swept : SweepScores or None
         What it amounts to as a sweep, if it is one.
     """
 
     scores: Scores
     report: Path
-    swept: Swept | None
+    swept: SweepScores | None
 
     @property
     def failures(self) -> list[str]:
@@ -58,7 +58,7 @@ class Outcome:
         ]
 
 
-def whole_run(
+def run_experiment(
     request: Request,
     path: Path,
     *,
@@ -68,7 +68,7 @@ def whole_run(
     keep_sequences: bool = False,
     fresh: bool = False,
     progress: Progress | None = None,
-) -> Outcome:
+) -> RunResult:
     """Film, follow, score and report; go on where an earlier call stopped.
 
     Parameters
@@ -96,14 +96,14 @@ def whole_run(
     """
     folder = RunFolder(path)
     began = time.monotonic()
-    with folder.claimed():
+    with folder.locked():
         if fresh:
             folder.forget()
         if folder.is_finished(request.digest):
             known = finished_scores(request, folder, with_sequences=keep_sequences)
             if known is not None:
                 swept = _swept(request, known, path)
-                return Outcome(known, folder.report, swept)
+                return RunResult(known, folder.report, swept)
         keep_sequences = keep_sequences or folder.keeps_sequences
         facts = run_facts(request, command, keep_sequences=keep_sequences)
         folder.write_facts(facts)
@@ -128,7 +128,7 @@ def whole_run(
         folder.write_facts(facts)
         if not keep_sequences:
             shutil.rmtree(folder.sequences, ignore_errors=True)
-    return Outcome(scores, folder.report, swept)
+    return RunResult(scores, folder.report, swept)
 
 
 def run_facts(
@@ -166,10 +166,10 @@ def run_facts(
     }
 
 
-def _swept(request: Request, scores: Scores, path: Path) -> Swept | None:
+def _swept(request: Request, scores: Scores, path: Path) -> SweepScores | None:
     """Summarise a sweep, and write down what came out."""
     if request.sweep is None:
         return None
-    swept = swept_scores(scores.runs, request.sweep, request.rng())
+    swept = sweep_scores(scores.runs, request.sweep, request.rng())
     swept.write(path)
     return swept

@@ -21,10 +21,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
-from simbench.runtime.locks import emptied, locked
+from simbench.runtime.locks import empty_folder, locked
 
 __all__ = ["RunFolder"]
 
@@ -47,7 +47,7 @@ class RunFolder:
         self.report = path / "report.html"
 
     @contextmanager
-    def claimed(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Make the folder and keep other runs out of it while the block runs.
 
         Raises
@@ -76,12 +76,12 @@ class RunFolder:
         What processes that were killed could not remove lies here, and goes with it:
         now, or where this process is killed too, the next time.
         """
-        with emptied(self.temporary) as temporary:
+        with empty_folder(self.temporary) as temporary:
             yield temporary
 
     def write_facts(self, facts: Mapping[str, Any]) -> None:
         """Write ``run.json``, whole."""
-        with written_whole(self.path / "run.json") as temporary:
+        with atomic_write(self.path / "run.json") as temporary:
             text = json.dumps(facts, indent=2, allow_nan=False)
             temporary.write_text(text + "\n", encoding="utf-8")
 

@@ -8,21 +8,21 @@ from typing import Literal
 
 import cv2
 
-from simbench.core.atomic_write import folder_written_whole
+from simbench.core.atomic_write import atomic_write_folder
 from simbench.core.errors import ScenarioError, SimbenchError
 from simbench.core.one_line import one_line
 from simbench.datasets.native import read_sequence
 from simbench.evaluation.run_tracker import track
 from simbench.evaluation.scores import score
-from simbench.experiments.plan import Chase
-from simbench.runtime.pool import Report
+from simbench.experiments.plan import TrackTask
+from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
 __all__ = ["film", "follow"]
 
 
 def film(
-    scenario: Scenario, seed: int, folder: Path, report: Report
+    scenario: Scenario, seed: int, folder: Path, report: ReportProgress
 ) -> tuple[Literal["failed", "unreachable"], str] | None:
     """Generate one sequence into ``folder``.
 
@@ -46,12 +46,12 @@ def film(
     return None
 
 
-def follow(chase: Chase, timeout_s: float, report: Report) -> None:
+def follow(chase: TrackTask, timeout_s: float, report: ReportProgress) -> None:
     """Run a tracker over a sequence on disk and write its scores, whole.
 
     Parameters
     ----------
-    chase : Chase
+    chase : TrackTask
     timeout_s : float, s
         Wall time after which the run is given up.
     report : callable
@@ -69,5 +69,5 @@ def follow(chase: Chase, timeout_s: float, report: Report) -> None:
         )
         label = chase.tracker.label
         scores = score(found, sequence, tracker=label, repetition=chase.repetition)
-    with folder_written_whole(chase.part) as temporary:
+    with atomic_write_folder(chase.part) as temporary:
         scores.write(temporary)

@@ -11,25 +11,25 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import RenderError, ScenarioError, SimbenchError
 from simbench.core.sequence import Truth
-from simbench.generation.dials.occlusion import TrafficInTheWayError
-from simbench.generation.dials.solver import require_reached, solved
+from simbench.generation.dials.occlusion import TrafficOccludesTargetError
+from simbench.generation.dials.solver import require_reached, solve_dials
 from simbench.render.channel_recorder import ChannelRecorder
-from simbench.render.render_frames import TargetHiddenError, film
+from simbench.render.render_frames import TargetHiddenError, render_frames
 from simbench.scenarios.achieved_dials import TAKES, achieved_dials, missed
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 
-__all__ = ["film_as_asked", "film_in_view"]
+__all__ = ["render_in_view", "render_with_dials"]
 
 logger = logging.getLogger(__name__)
 
 _CORRIGIBLE = 0.15
-"""Hidden share by which a film may miss and be made again; more has another cause."""
+"""Largest miss of the hidden share that another attempt corrects."""
 _STARTS = 10
 """Draws of the traffic in search of one that leaves the target in plain view."""
 
 
-def film_as_asked(
+def render_with_dials(
     scenario: Scenario,
     seed: int,
     keep: Callable[[int, NDArray[np.uint8]], None],
@@ -39,7 +39,7 @@ def film_as_asked(
 ) -> tuple[Stage, Truth]:
     """Film a story so that its truth shows what its dials ask.
 
-    Where the film misses a dial that the rehearsal met, by little, it is made again
+    Where the sequence misses a dial that the rehearsal met, by little, it is made again
     with its aim corrected by what was missed.
 
     Parameters
@@ -47,7 +47,7 @@ def film_as_asked(
     scenario : Scenario
     seed : int
     keep : callable of (index, image)
-        Takes each finished picture; pictures of a film made again come again.
+        Takes each finished picture; pictures of a sequence rendered again come again.
     channels : ChannelRecorder, optional
         Takes depth and flow, as ``keep`` does pictures.
     progress : callable of (done, total), optional
@@ -65,7 +65,7 @@ def film_as_asked(
     """
     correction, asked = 0.0, scenario.dials.flat()
     for _ in range(TAKES):
-        stage, truth = film_in_view(
+        stage, truth = render_in_view(
             scenario,
             seed,
             keep,
@@ -84,7 +84,7 @@ def film_as_asked(
     return stage, truth
 
 
-def film_in_view(
+def render_in_view(
     scenario: Scenario,
     seed: int,
     keep: Callable[[int, NDArray[np.uint8]], None],
@@ -101,11 +101,11 @@ def film_in_view(
     scenario : Scenario
     seed : int
     keep : callable of (index, image)
-        Takes each finished picture, see `simbench.render.render_frames.film`.
+        Takes each finished picture, see `simbench.render.render_frames.render_frames`.
     frames : int, optional
         Film the same story, but no further.
     correction : float
-        See `simbench.generation.dials.solver.solved`.
+        See `simbench.generation.dials.solver.solve_dials`.
     channels : ChannelRecorder, optional
     progress : callable of (done, total), optional
 
@@ -124,16 +124,18 @@ def film_in_view(
     for draw in range(_STARTS):
         try:
             stage = _told(scenario, seed, skip, correction)
-        except TrafficInTheWayError as error:
+        except TrafficOccludesTargetError as error:
             unfit: SimbenchError = error
-            skip = error.redraws + 1
+            skip = error.traffic_redraws + 1
         else:
             try:
                 shown = _start_of(stage, frames)
-                return shown, film(shown, keep, channels=channels, progress=progress)
+                return shown, render_frames(
+                    shown, keep, channels=channels, progress=progress
+                )
             except TargetHiddenError as error:
                 unfit = error
-                skip = stage.trajectories.redraws + 1
+                skip = stage.trajectories.traffic_redraws + 1
             except RenderError as error:
                 raise _with_reason(error, scenario, stage.scenario) from error
         if draw < _STARTS - 1:
@@ -150,8 +152,8 @@ def _with_reason(error: RenderError, asked: Scenario, told: Scenario) -> Simbenc
 
 
 def _told(scenario: Scenario, seed: int, skip: int, correction: float) -> Stage:
-    ready = solved(scenario, seed, skip=skip, correction=correction)
-    return set_stage(ready, seed, skip=skip)
+    ready = solve_dials(scenario, seed, skip=skip, correction=correction)
+    return build_stage(ready, seed, skip=skip)
 
 
 def _start_of(stage: Stage, frames: int | None) -> Stage:

@@ -23,7 +23,7 @@ from simbench.datasets.channels import (
 )
 from simbench.datasets.native import FrameFolder, read_sequence, write_frame
 from simbench.datasets.native import write_sequence as write_description
-from simbench.generation.attempts import film_as_asked
+from simbench.generation.attempts import render_with_dials
 from simbench.generation.digests import (
     frame_digest,
     frames_digest,
@@ -115,7 +115,7 @@ def generate(
         write_frame(out, index, image)
 
     recorder = ChannelRecorder(asked, partial(write_channel, out)) if asked else None
-    stage, truth = film_as_asked(
+    stage, truth = render_with_dials(
         scenario, seed, keep, channels=recorder, progress=progress
     )
     imaging = stage.scenario.imaging
@@ -132,7 +132,7 @@ def generate(
         achieved=achieved_dials(truth, stage.scenario),
         scenario=scenario.model_dump(mode="json"),
         digest=sequence_digest(scenario, seed),
-        redraws=stage.trajectories.redraws,
+        traffic_redraws=stage.trajectories.traffic_redraws,
         made_with=made_with(),
         channels=channels_in(out, asked, len(stage.cameras)),
     )

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.core.sequence import Truth
-from simbench.generation.attempts import film_in_view
+from simbench.generation.attempts import render_in_view
 from simbench.scenarios.schema import Scenario
 
 __all__ = ["draw_truth", "write_picture"]
@@ -39,11 +39,11 @@ def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None
     def keep(_: int, image: NDArray[np.uint8]) -> None:
         last[:] = [image]
 
-    _, truth = film_in_view(scenario, seed, keep, frames=frame + 1)
+    _, truth = render_in_view(scenario, seed, keep, frames=frame + 1)
     picture = draw_truth(last[0], truth, frame)
     _, encoded = cv2.imencode(".png", picture[..., ::-1])
     try:
-        with written_whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_bytes(encoded.data)
     except OSError as error:
         raise DatasetError(f"{path}: cannot be written: {error.strerror}") from None

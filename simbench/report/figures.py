@@ -21,7 +21,7 @@ from simbench.report.plotting import (
     line,
     plain,
 )
-from simbench.report.sections import Section
+from simbench.report.sections import ReportSection
 
 __all__ = [
     "error_by_frame",
@@ -35,7 +35,7 @@ _HIDDEN: Final = 0.95  # a target seen to a lesser share counts as occluded
 _ERROR_FLOOR_PX: Final = 0.1  # a logarithmic axis has no zero
 
 
-def success(part: Section, looks: Mapping[str, Style]) -> Figure:
+def success(part: ReportSection, looks: Mapping[str, Style]) -> Figure:
     """Return the success curves: mean over seeds, band of one standard deviation."""
     figure = _curves(
         part, looks, "overlap", measures.success_curve, measures.SUCCESS_THRESHOLDS
@@ -46,7 +46,7 @@ def success(part: Section, looks: Mapping[str, Style]) -> Figure:
     return figure
 
 
-def precision(part: Section, looks: Mapping[str, Style]) -> Figure:
+def precision(part: ReportSection, looks: Mapping[str, Style]) -> Figure:
     """Return the precision curves: mean over seeds, band of one standard deviation."""
     figure = _curves(
         part,
@@ -174,7 +174,7 @@ def _answered(tracks: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
 
 
 def _curves(
-    part: Section,
+    part: ReportSection,
     looks: Mapping[str, Style],
     column: str,
     shares: Callable[[NDArray[np.float64]], NDArray[np.float64]],

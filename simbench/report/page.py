@@ -9,15 +9,15 @@ from typing import Any, Final, TypeAlias
 import jinja2
 import plotly.offline
 
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_scores import Swept
+from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, tables
 from simbench.report.palette import Style, styles
 from simbench.report.pictures import animation, stills
-from simbench.report.sections import Section, sections, tracker_labels
+from simbench.report.sections import ReportSection, sections, tracker_labels
 from simbench.report.sweep_chapter import sweep_chapter
 from simbench.report.tables import sequence_rows
 from simbench.report.text import count
@@ -47,7 +47,7 @@ def write_report(
     run: Mapping[str, Any],
     out: Path,
     *,
-    swept: Swept | None = None,
+    swept: SweepScores | None = None,
 ) -> None:
     """Write the report of a run as one HTML file that needs no network.
 
@@ -65,7 +65,7 @@ def write_report(
         is left out of the page.
     out : Path
         File to write; written whole.
-    swept : Swept, optional
+    swept : SweepScores, optional
         What the scores amount to as a sweep: then all variants share one chapter.
 
     Raises
@@ -77,7 +77,7 @@ def write_report(
         raise DatasetError(f"{out}: a report needs at least one run, got none")
     html = _render(scores, sequences, run, swept)
     try:
-        with written_whole(out) as partial:
+        with atomic_write(out) as partial:
             partial.write_text(html, encoding="utf-8")
     except OSError as error:
         raise DatasetError(f"{out}: cannot be written: {error.strerror}") from error
@@ -87,7 +87,7 @@ def _render(
     scores: Scores,
     sequences: Iterable[Sequence],
     run: Mapping[str, Any],
-    swept: Swept | None,
+    swept: SweepScores | None,
 ) -> str:
     parts = sections(scores, run)
     labels = tracker_labels(scores, run)
@@ -140,7 +140,7 @@ def _swept_name(sweep: Mapping[str, Any]) -> str:
 
 
 def _chapter(
-    part: Section, looks: Mapping[str, Style], kept: Kept, of: int
+    part: ReportSection, looks: Mapping[str, Style], kept: Kept, of: int
 ) -> dict[str, Any]:
     """Return what the template shows of one of so many scenarios."""
     by_seed = {seed: part.of_seed(seed) for seed in part.seeds}
@@ -178,7 +178,7 @@ def _chapter(
     }
 
 
-def _filmed(part: Section, kept: Kept) -> Sequence | None:
+def _filmed(part: ReportSection, kept: Kept) -> Sequence | None:
     """Return the sequence of the first seed that has one."""
     wanted = ((part.scenario, part.variant, seed) for seed in part.seeds)
     return next((kept[key] for key in wanted if key in kept), None)

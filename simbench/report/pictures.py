@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simbench.core.sequence import Sequence, Truth
 from simbench.report.text import share
 
-__all__ = ["Still", "animation", "data_uri", "seen", "stills"]
+__all__ = ["Snapshot", "animation", "data_uri", "seen", "stills"]
 
 _MOST_FRAMES: Final = 80
 _STILL_WIDTH: Final = 640
@@ -25,7 +25,7 @@ _SIZES: Final = ((640, 72), (560, 68), (480, 64), (400, 60), (320, 55))
 
 
 @dataclass(frozen=True, slots=True)
-class Still:
+class Snapshot:
     """One picture with the true box.
 
     Attributes
@@ -46,7 +46,7 @@ class Still:
     caption: str
 
 
-def stills(sequence: Sequence) -> list[Still]:
+def stills(sequence: Sequence) -> list[Snapshot]:
     """Return the first, the most occluded and the last frame with the target.
 
     The most occluded one is left out where the target is always in full view.
@@ -107,11 +107,11 @@ def animation(
     }
 
 
-def _still(sequence: Sequence, index: int, title: str) -> Still:
+def _still(sequence: Sequence, index: int, title: str) -> Snapshot:
     frame = sequence.frames[index]
     box = sequence.truth.boxes[index]
     left, top, width, height = (round(float(value), 1) for value in box)
-    return Still(
+    return Snapshot(
         source=data_uri(frame.image, _STILL_WIDTH, _STILL_QUALITY),
         width=sequence.width,
         height=sequence.height,

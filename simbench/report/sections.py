@@ -11,11 +11,11 @@ import pandas as pd
 from simbench.evaluation.scores import Scores
 from simbench.report.text import anchor
 
-__all__ = ["Section", "sections", "tracker_labels"]
+__all__ = ["ReportSection", "sections", "tracker_labels"]
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class ReportSection:
     """What a report knows of one scenario, or of one variant of it.
 
     Attributes
@@ -71,7 +71,7 @@ class Section:
         return by_tracker
 
 
-def sections(scores: Scores, run: Mapping[str, Any]) -> list[Section]:
+def sections(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
     """Split scores by scenario and variant, in order of appearance."""
     told = {
         (one.get("name"), one.get("variant", "")): one
@@ -86,7 +86,7 @@ def sections(scores: Scores, run: Mapping[str, Any]) -> list[Section]:
         about = told.get((scenario, variant), {})
         present = set(runs["tracker"])
         parts.append(
-            Section(
+            ReportSection(
                 scenario=str(scenario),
                 variant=str(variant),
                 title=about.get("title") or str(scenario),

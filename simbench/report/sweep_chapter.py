@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from simbench.core import sequence
-from simbench.evaluation.sweep_scores import Swept
+from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, sweep_figures
 from simbench.report.palette import Style
 from simbench.report.samples import samples
-from simbench.report.sections import Section
+from simbench.report.sections import ReportSection
 from simbench.report.sweep_text import breaking_table, notes, point_table
 from simbench.report.text import anchor
 
@@ -18,8 +18,8 @@ __all__ = ["sweep_chapter"]
 
 
 def sweep_chapter(
-    swept: Swept,
-    parts: Sequence[Section],
+    swept: SweepScores,
+    parts: Sequence[ReportSection],
     looks: Mapping[str, Style],
     filmed: Mapping[str, sequence.Sequence],
 ) -> dict[str, Any]:
@@ -27,8 +27,8 @@ def sweep_chapter(
 
     Parameters
     ----------
-    swept : Swept
-    parts : sequence of Section
+    swept : SweepScores
+    parts : sequence of ReportSection
         One a variant, at least one.
     looks : mapping from tracker to Style
     filmed : mapping from variant to Sequence
@@ -63,7 +63,7 @@ def sweep_chapter(
     }
 
 
-def _curves(swept: Swept, looks: Mapping[str, Style]) -> dict[str, Any]:
+def _curves(swept: SweepScores, looks: Mapping[str, Style]) -> dict[str, Any]:
     shares = "share of frames"
     curves = {
         "success": sweep_figures.against_dial(
@@ -78,7 +78,7 @@ def _curves(swept: Swept, looks: Mapping[str, Style]) -> dict[str, Any]:
     return {name: figure for name, figure in curves.items() if figure is not None}
 
 
-def _maps(swept: Swept, looks: Mapping[str, Style]) -> dict[str, Any]:
+def _maps(swept: SweepScores, looks: Mapping[str, Style]) -> dict[str, Any]:
     maps = {
         f"map-{rank}": sweep_figures.success_map(swept, tracker)
         for rank, tracker in enumerate(swept.trackers)

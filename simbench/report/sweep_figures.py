@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from simbench.evaluation.sweep_axes import is_harder_upwards
-from simbench.evaluation.sweep_scores import Swept
+from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report.palette import Style
 from simbench.report.plotting import INK, Figure, band, base_layout, line, plain
 from simbench.report.sweep_text import breaking_words
@@ -23,7 +23,7 @@ _CURVE_POINTS: Final = 60
 
 
 def against_dial(
-    swept: Swept,
+    swept: SweepScores,
     looks: Mapping[str, Style],
     measure: str,
     title: str,
@@ -35,7 +35,7 @@ def against_dial(
 
     Parameters
     ----------
-    swept : Swept
+    swept : SweepScores
         Of one dial.
     looks : mapping from tracker to Style
     measure : str
@@ -88,7 +88,7 @@ def against_dial(
     return {"data": [*bands, *lines, *marks], "layout": layout}
 
 
-def success_map(swept: Swept, tracker: str) -> Figure:
+def success_map(swept: SweepScores, tracker: str) -> Figure:
     """Return success over two dials as a map, with the contour at one half.
 
     The axes are the values achieved, averaged along the other dial; those requested
@@ -137,7 +137,7 @@ def success_map(swept: Swept, tracker: str) -> Figure:
     }
 
 
-def breaking_by_other(swept: Swept, looks: Mapping[str, Style]) -> Figure:
+def breaking_by_other(swept: SweepScores, looks: Mapping[str, Style]) -> Figure:
     """Return the breaking point of the first dial against the second dial.
 
     Where it lies beyond or below the range, the mark lies on the edge of it, open.

@@ -9,14 +9,14 @@ from typing import Any
 import pandas as pd
 
 from simbench.evaluation.sweep_axes import is_harder_upwards
-from simbench.evaluation.sweep_scores import Swept
+from simbench.evaluation.sweep_scores import SweepScores
 
 __all__ = ["breaking_table", "breaking_words", "notes", "point_table"]
 
 Table = tuple[list[str], list[list[str]]]
 
 
-def point_table(swept: Swept) -> Table:
+def point_table(swept: SweepScores) -> Table:
     """Return headings and rows: the scores of each tracker by value of the dials.
 
     Dials stand as requested and achieved, on the first row of each point. A star marks
@@ -41,7 +41,7 @@ def point_table(swept: Swept) -> Table:
     return headings, rows
 
 
-def breaking_table(swept: Swept) -> Table:
+def breaking_table(swept: SweepScores) -> Table:
     """Return headings and rows: where the success of each tracker falls to one half."""
     dial, *others = swept.sweep.dials
     rows = [
@@ -56,7 +56,7 @@ def breaking_table(swept: Swept) -> Table:
 
 
 def breaking_words(row: Any) -> str:
-    """Say one row of `Swept.breaking` in words.
+    """Say one row of `SweepScores.breaking` in words.
 
     Examples
     --------
@@ -81,12 +81,12 @@ def breaking_words(row: Any) -> str:
     return f"{where} the range: {side} one half from {over}{around if known else ''}"
 
 
-def notes(swept: Swept) -> list[str]:
+def notes(swept: SweepScores) -> list[str]:
     """Return a line for each point that was not reached, or missed its dials."""
     return list(_notes(swept))
 
 
-def _notes(swept: Swept) -> Iterator[str]:
+def _notes(swept: SweepScores) -> Iterator[str]:
     for _, row in swept.points.drop_duplicates("variant").iterrows():
         seeds = row["seeds"] + row["missing"]
         if row["missing"]:
@@ -104,7 +104,7 @@ def _notes(swept: Swept) -> Iterator[str]:
             )
 
 
-def _in_order(swept: Swept) -> pd.DataFrame:
+def _in_order(swept: SweepScores) -> pd.DataFrame:
     """Return the points as the grid has them, at each of them all trackers."""
     rank = {variant: index for index, variant in enumerate(swept.sweep.points())}
     return swept.points.sort_values(

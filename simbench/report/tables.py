@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from simbench.evaluation.statistics import spread, summary
-from simbench.report.sections import Section
+from simbench.report.sections import ReportSection
 from simbench.report.text import count, fixed, plus_minus, share
 
 __all__ = [
@@ -69,7 +69,7 @@ SCORE_COLUMNS: Final = (
 
 
 def overall_rows(
-    parts: Sequence[Section], trackers: Sequence[str]
+    parts: Sequence[ReportSection], trackers: Sequence[str]
 ) -> list[tuple[str, list[Cell]]]:
     """Return success and precision of every tracker on every scenario.
 
@@ -90,7 +90,7 @@ def overall_rows(
     ]
 
 
-def score_rows(part: Section) -> list[tuple[str, int, int, list[Cell]]]:
+def score_rows(part: ReportSection) -> list[tuple[str, int, int, list[Cell]]]:
     """Return a row a tracker: label, seeds, failed runs, a cell a `SCORE_COLUMNS`."""
     table = summary(part.runs, [column.measure for column in SCORE_COLUMNS])
     columns = [_column(table, column) for column in SCORE_COLUMNS]
@@ -107,7 +107,7 @@ def score_rows(part: Section) -> list[tuple[str, int, int, list[Cell]]]:
     ]
 
 
-def dial_rows(part: Section) -> list[tuple[str, str, str, str]]:
+def dial_rows(part: ReportSection) -> list[tuple[str, str, str, str]]:
     """Return dial, requested, achieved, and the range achieved over the sequences."""
     by_seed = part.runs.drop_duplicates("seed")
     names = [
@@ -147,8 +147,8 @@ def failure_rows(runs: pd.DataFrame) -> list[tuple[str, str, str, str]]:
     ]
 
 
-def sequence_rows(part: Section) -> list[tuple[str, str, str, str, str, str]]:
-    """Return seed, frames, absent frames, least visible, redraws, digest by seed."""
+def sequence_rows(part: ReportSection) -> list[tuple[str, str, str, str, str, str]]:
+    """Return seed, frames, absent frames, least visible, redraws and digest."""
     rows = []
     for seed in part.seeds:
         same = part.runs["seed"].isna() if seed is None else part.runs["seed"] == seed
@@ -162,7 +162,7 @@ def sequence_rows(part: Section) -> list[tuple[str, str, str, str, str, str]]:
                 count(int(runs["frames"].max()), "frame"),
                 str(runs["frames_absent"].max()),
                 share(float(visible)),
-                str(runs["redraws"].max()),
+                str(runs["traffic_redraws"].max()),
                 str(runs["digest"].max()),
             )
         )
@@ -170,7 +170,7 @@ def sequence_rows(part: Section) -> list[tuple[str, str, str, str, str, str]]:
 
 
 def _columns(
-    part: Section, measures: Sequence[str], decimals: int
+    part: ReportSection, measures: Sequence[str], decimals: int
 ) -> list[dict[str, Cell]]:
     table = summary(part.runs, measures)
     return [

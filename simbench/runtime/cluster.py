@@ -24,13 +24,13 @@ from simbench.core.errors import SimbenchError
 from simbench.core.one_line import one_line
 from simbench.runtime.code_digest import package_digest
 from simbench.runtime.limits import environment
-from simbench.runtime.pool import Crew, Event, Job, Workforce
+from simbench.runtime.pool import Job, JobEvent, Pool, WorkerPool
 from simbench.runtime.versions import versions
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["Cluster", "ClusterError", "workforce"]
+__all__ = ["Cluster", "ClusterError", "open_pool"]
 
 _CONNECT_S = 5.0
 _WORKERS_S = 30.0  # that a cluster may be without any
@@ -44,9 +44,9 @@ class ClusterError(SimbenchError):
     """A cluster that cannot be reached or worked with."""
 
 
-def workforce(
+def open_pool(
     jobs: int, cluster: str, scratch: Path, log: Path, shared: Path | None
-) -> contextlib.AbstractContextManager[Workforce]:
+) -> contextlib.AbstractContextManager[Pool]:
     """Return workers of this machine or, where an address is given, of a cluster.
 
     Parameters
@@ -64,11 +64,11 @@ def workforce(
     """
     if cluster:
         return Cluster(cluster, shared)
-    return Crew(jobs, environment(jobs, scratch), log)
+    return WorkerPool(jobs, environment(jobs, scratch), log)
 
 
 class Cluster:
-    """The workers of a Dask cluster, with the interface of `Crew`.
+    """The workers of a Dask cluster, with the interface of `WorkerPool`.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class Cluster:
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
-    def events(self, within_s: float) -> Iterator[Event]:
+    def events(self, within_s: float) -> Iterator[JobEvent]:
         """Wait until a job ends, at most ``within_s``, and say how."""
         self._look()
         with contextlib.suppress(queue.Empty):
@@ -146,7 +146,7 @@ class Cluster:
             if future.status not in ("finished", "error"):
                 raise ClusterError(f"{self._address}: the scheduler is lost")
             kind, value = _ending(future)
-            yield Event(job, kind, value)
+            yield JobEvent(job, kind, value)
 
     def _look(self) -> None:
         """See now and then how large the cluster is, and whether it is there."""
@@ -264,7 +264,7 @@ def _perform(job: Job, portrait: dict[str, str]) -> Ending:
     with tempfile.TemporaryDirectory(prefix="simbench-task-") as scratch:
         place = Path(scratch)
         bounds = environment(worker.state.nthreads + 1, place)
-        with _children_allowed(), Crew(1, bounds, place / "workers.log") as crew:
+        with _children_allowed(), WorkerPool(1, bounds, place / "workers.log") as crew:
             crew.start(job)
             while task in worker.state.tasks and _is_wanted(worker, task):
                 for event in crew.events(within_s=0.5):

@@ -14,7 +14,7 @@ from typing import Literal
 from simbench import __version__
 from simbench.runtime.versions import core_count
 
-__all__ = ["Finding", "examine", "opengl_renderer"]
+__all__ = ["Diagnosis", "examine", "opengl_renderer"]
 
 _LIBRARIES = "libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libatomic1"
 _APT = f"apt-get install {_LIBRARIES}"
@@ -37,7 +37,7 @@ print(numba.__version__)
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Diagnosis:
     """One thing looked for.
 
     Attributes
@@ -58,17 +58,17 @@ class Finding:
     remedy: str = ""
 
 
-def examine() -> list[Finding]:
+def examine() -> list[Diagnosis]:
     """Look for everything the bench needs or likes, in a few seconds."""
     return [
-        Finding("Python", "ok", f"{platform.python_version()} in {sys.prefix}"),
-        Finding("simbench", "ok", __version__),
+        Diagnosis("Python", "ok", f"{platform.python_version()} in {sys.prefix}"),
+        Diagnosis("simbench", "ok", __version__),
         _asked("SUMO", _ASK_SUMO, _APT),
         _asked("OpenGL, offscreen", _ASK_OPENGL, _APT),
         _asked("OpenCV", _ASK_OPENCV, _INSTALL),
         _asked("numba", _ASK_NUMBA, _INSTALL),
         _installed("pyrender", "pyrender", "pyrender-maintained"),
-        Finding("cores", "ok", str(core_count())),
+        Diagnosis("cores", "ok", str(core_count())),
         _chromium(shutil.which),
     ]
 
@@ -79,7 +79,7 @@ def opengl_renderer() -> str:
     return finding.found if finding.state == "ok" else ""
 
 
-def _asked(name: str, program: str, remedy: str) -> Finding:
+def _asked(name: str, program: str, remedy: str) -> Diagnosis:
     """Run a Python program and take the last line that it prints."""
     try:
         done = subprocess.run(
@@ -91,31 +91,31 @@ def _asked(name: str, program: str, remedy: str) -> Finding:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return Finding(name, "missing", f"no answer in {_TIMEOUT_S:g} s", remedy)
+        return Diagnosis(name, "missing", f"no answer in {_TIMEOUT_S:g} s", remedy)
     if done.returncode == 0:
-        return Finding(name, "ok", _last_line(done.stdout))
+        return Diagnosis(name, "ok", _last_line(done.stdout))
     said = _last_line(done.stderr) or f"exit status {done.returncode}"
     if done.returncode < 0:
         said = f"crashed with signal {-done.returncode}"
-    return Finding(name, "missing", said, remedy)
+    return Diagnosis(name, "missing", said, remedy)
 
 
-def _installed(name: str, *distributions: str) -> Finding:
+def _installed(name: str, *distributions: str) -> Diagnosis:
     for distribution in distributions:
         try:
-            return Finding(name, "ok", version(distribution))
+            return Diagnosis(name, "ok", version(distribution))
         except PackageNotFoundError:
             continue
-    return Finding(name, "missing", "not installed", _INSTALL)
+    return Diagnosis(name, "missing", "not installed", _INSTALL)
 
 
-def _chromium(which: Callable[[str], str | None]) -> Finding:
+def _chromium(which: Callable[[str], str | None]) -> Diagnosis:
     for program in ("chromium", "chromium-browser", "google-chrome"):
         path = which(program)
         if path is not None:
-            return Finding("Chromium", "ok", path)
+            return Diagnosis("Chromium", "ok", path)
     note = "not found; only the report's own test wants it"
-    return Finding("Chromium", "absent", note, "apt-get install chromium")
+    return Diagnosis("Chromium", "absent", note, "apt-get install chromium")
 
 
 def _last_line(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["environment", "film_limit_s"]
+__all__ = ["environment", "generation_limit_s"]
 
 _POOLS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _FILM_LIMIT_S = 120.0
@@ -29,6 +29,6 @@ def environment(jobs: int, temporary: Path | None = None) -> dict[str, str]:
     return variables
 
 
-def film_limit_s(frames: int) -> float:
+def generation_limit_s(frames: int) -> float:
     """Return the wall time in seconds after which filming is given up."""
     return _FILM_LIMIT_S + _FILM_LIMIT_A_FRAME_S * frames

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from simbench.core.errors import DatasetError
 
-__all__ = ["emptied", "locked"]
+__all__ = ["empty_folder", "locked"]
 
 
 @contextmanager
@@ -31,7 +31,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def emptied(path: Path) -> Iterator[Path]:
+def empty_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder for temporary files; it goes when the block ends.
 
     What processes that were killed could not remove lies here, and goes with it: now,

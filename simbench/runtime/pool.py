@@ -30,9 +30,9 @@ from typing import Any, Literal, Protocol, Self
 
 from simbench.core.one_line import one_line
 
-__all__ = ["Crew", "Event", "Job", "Report", "Workforce"]
+__all__ = ["Job", "JobEvent", "Pool", "ReportProgress", "WorkerPool"]
 
-Report = Callable[[int, int], None]
+ReportProgress = Callable[[int, int], None]
 """What a job calls with the frames done and their total."""
 
 _REPORT_EVERY_S = 0.1
@@ -48,11 +48,11 @@ class Job:
     ----------
     name : object
         Comes back with every event of the job.
-    trade : str
-        Only workers of the same trade share a process: what films never runs a
+    kind : str
+        Only workers of the same kind share a process: what films never runs a
         tracker.
     function : callable
-        Importable by name; called with ``arguments`` and, last, a `Report`.
+        Importable by name; called with ``arguments`` and, last, a `ReportProgress`.
     arguments : tuple
         Picklable.
     limit_s : float, s
@@ -60,14 +60,14 @@ class Job:
     """
 
     name: Any
-    trade: str
+    kind: str
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
     limit_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class JobEvent:
     """What a worker has to say about its job.
 
     Attributes
@@ -87,7 +87,7 @@ class Event:
     value: Any
 
 
-class Workforce(Protocol):
+class Pool(Protocol):
     """Whoever does jobs: workers of this machine, or of many."""
 
     @property
@@ -101,21 +101,21 @@ class Workforce(Protocol):
     def start(self, job: Job) -> None:
         """Have a job done."""
 
-    def events(self, within_s: float) -> Iterator[Event]:
+    def events(self, within_s: float) -> Iterator[JobEvent]:
         """Wait until something happens, at most ``within_s``, and say what."""
 
 
 class _Worker:
     """One process and the job it is at."""
 
-    def __init__(self, trade: str, environment: Mapping[str, str], log: Path) -> None:
+    def __init__(self, kind: str, environment: Mapping[str, str], log: Path) -> None:
         context = multiprocessing.get_context("spawn")
-        self.trade = trade
+        self.kind = kind
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(
             target=_serve,
             args=(theirs, dict(environment), str(log)),
-            name=f"simbench-{trade}",
+            name=f"simbench-{kind}",
         )
         with _interrupts_ignored():
             self.process.start()
@@ -152,7 +152,7 @@ class _Worker:
         self.pipe.close()
 
 
-class Crew:
+class WorkerPool:
     """A few workers, started when there is work for them and gone when the block ends.
 
     Parameters
@@ -201,15 +201,15 @@ class Crew:
         return len(self._busy) < self._size
 
     def start(self, job: Job) -> None:
-        """Give a job to an idle worker of its trade, or to a new one."""
-        idle = (w for w in self._workers if w.job is None and w.trade == job.trade)
+        """Give a job to an idle worker of its kind, or to a new one."""
+        idle = (w for w in self._workers if w.job is None and w.kind == job.kind)
         worker = next(idle, None)
         if worker is None:
-            worker = _Worker(job.trade, self._environment, self._log)
+            worker = _Worker(job.kind, self._environment, self._log)
             self._workers.append(worker)
         worker.give(job)
 
-    def events(self, within_s: float) -> Iterator[Event]:
+    def events(self, within_s: float) -> Iterator[JobEvent]:
         """Wait until something happens, at most ``within_s``, and say what."""
         pipes = {worker.pipe: worker for worker in self._busy}
         for ready in wait(list(pipes), within_s):
@@ -220,16 +220,16 @@ class Crew:
                 self._workers.remove(worker)
                 worker.kill()
                 if worker.has_begun:
-                    yield Event(job, "timeout", "did not return")
+                    yield JobEvent(job, "timeout", "did not return")
                 else:
                     late = f"its process did not start within {_START_LIMIT_S:g} s"
-                    yield Event(job, "lost", late)
+                    yield JobEvent(job, "lost", late)
 
     @property
     def _busy(self) -> list[_Worker]:
         return [worker for worker in self._workers if worker.job is not None]
 
-    def _heard(self, worker: _Worker) -> Iterator[Event]:
+    def _heard(self, worker: _Worker) -> Iterator[JobEvent]:
         job = worker.job
         if job is None:
             return
@@ -238,18 +238,18 @@ class Crew:
         except (EOFError, OSError):
             self._workers.remove(worker)
             worker.leave()
-            ending = _obituary(worker.process.exitcode)
-            yield Event(job, "died" if worker.has_begun else "lost", ending)
+            ending = _exit_reason(worker.process.exitcode)
+            yield JobEvent(job, "died" if worker.has_begun else "lost", ending)
             return
         if kind == "started":
             worker.begin(job)
             return
         if kind != "progress":
             worker.job = None
-        yield Event(job, kind, value)
+        yield JobEvent(job, kind, value)
 
 
-def _obituary(exit_code: int | None) -> str:
+def _exit_reason(exit_code: int | None) -> str:
     if exit_code is not None and exit_code < 0:
         return f"process killed by {signal.Signals(-exit_code).name}"
     return f"process ended with exit status {exit_code}"

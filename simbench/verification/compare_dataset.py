@@ -15,14 +15,14 @@ from simbench.datasets.store import Store, open_store
 from simbench.generation.dataset.index import index_files
 from simbench.generation.dataset.manifest import RECORD, Entries, EntryFile, read_record
 from simbench.verification.compare_files import listed
-from simbench.verification.compare_sequences import Difference, Finding
+from simbench.verification.compare_sequences import Difference, VerificationResult
 
 __all__ = ["compare_whole"]
 
 _LOG = "workers.log"  # there only where a sequence was lost
 
 
-def compare_whole(place: str) -> Finding | None:
+def compare_whole(place: str) -> VerificationResult | None:
     """Compare the index and the files of a data set with what its entries say.
 
     Parameters
@@ -32,7 +32,7 @@ def compare_whole(place: str) -> Finding | None:
 
     Returns
     -------
-    Finding or None
+    VerificationResult or None
         None where the place is no data set.
     """
     store = open_store(place)
@@ -40,11 +40,11 @@ def compare_whole(place: str) -> Finding | None:
         return None
     name = "index and list of files"
     try:
-        return Finding(name, tuple(_differences(store, read_record(store))))
+        return VerificationResult(name, tuple(_differences(store, read_record(store))))
     except SimbenchError as error:
-        return Finding(name, fault=str(error))
+        return VerificationResult(name, fault=str(error))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        return Finding(name, fault=f"damaged data set: {error!r}")
+        return VerificationResult(name, fault=f"damaged data set: {error!r}")
 
 
 def _differences(store: Store, record: Mapping[str, Any]) -> Iterator[Difference]:

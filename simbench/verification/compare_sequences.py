@@ -24,7 +24,7 @@ from simbench.generation.digests import (
     truth_digests,
 )
 
-__all__ = ["Difference", "Finding", "differences", "picture_gap"]
+__all__ = ["Difference", "VerificationResult", "differences", "picture_gap"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class VerificationResult:
     """What came of making one sequence, or the index of a data set, anew.
 
     Attributes

@@ -15,14 +15,14 @@ from simbench.core.errors import DatasetError, SimbenchError
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.native import read_sequence
 from simbench.datasets.store import open_store
-from simbench.generation.dataset.make_sequence import Order, produce
+from simbench.generation.dataset.make_sequence import SequenceJob, produce
 from simbench.generation.dataset.manifest import EntryFile
-from simbench.runtime.pool import Report
+from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 from simbench.verification.compare_entries import entry_differences
 from simbench.verification.compare_files import MADE_WITH
 from simbench.verification.compare_folders import folder_differences
-from simbench.verification.compare_sequences import Finding, differences
+from simbench.verification.compare_sequences import VerificationResult, differences
 
 __all__ = ["STEPS", "remake_entry", "remake_sequence"]
 
@@ -30,7 +30,9 @@ STEPS = 1000
 """What progress is told in, however many frames there are."""
 
 
-def remake_sequence(folder: Path, scratch: Path, report: Report) -> Finding:
+def remake_sequence(
+    folder: Path, scratch: Path, report: ReportProgress
+) -> VerificationResult:
     """Make the sequence of a folder anew, compare, and clear up.
 
     Parameters
@@ -58,9 +60,9 @@ def remake_sequence(folder: Path, scratch: Path, report: Report) -> Finding:
         )
         different = [*differences(kept, made), *folder_differences(folder, scratch)]
         elsewhere = _elsewhere(kept.made_with, made.made_with)
-        return Finding(folder.name, tuple(different), elsewhere=elsewhere)
+        return VerificationResult(folder.name, tuple(different), elsewhere=elsewhere)
     except SimbenchError as error:
-        return Finding(folder.name, fault=str(error))
+        return VerificationResult(folder.name, fault=str(error))
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
@@ -70,8 +72,8 @@ def remake_entry(
     how: Mapping[str, Any],
     file: EntryFile,
     scratch: Path,
-    report: Report,
-) -> Finding:
+    report: ReportProgress,
+) -> VerificationResult:
     """Make one sequence of a data set anew, in its layout, compare, and clear up.
 
     Parameters
@@ -93,7 +95,7 @@ def remake_entry(
         (content,) = store.read([file.path])
         entry = file.parsed(content, store)
         scenario, seed = _origin(entry["scenario"], entry["seed"])
-        order = Order(
+        order = SequenceJob(
             name=name,
             key=file.key,
             scenario=scenario,
@@ -106,15 +108,17 @@ def remake_entry(
         )
         result, reason = produce(order, report)
         if result != "made":
-            return Finding(name, fault=reason)
+            return VerificationResult(name, fault=reason)
         made = json.loads((scratch / "entry.json").read_text(encoding="utf-8"))
         different = entry_differences(store, entry, made, scratch)
         then, now = (one["summary"][MADE_WITH] for one in (entry, made))
-        return Finding(name, tuple(different), elsewhere=_elsewhere(then, now))
+        return VerificationResult(
+            name, tuple(different), elsewhere=_elsewhere(then, now)
+        )
     except SimbenchError as error:
-        return Finding(name, fault=str(error))
+        return VerificationResult(name, fault=str(error))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        return Finding(name, fault=f"damaged entry: {error!r}")
+        return VerificationResult(name, fault=f"damaged entry: {error!r}")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 

@@ -16,12 +16,12 @@ from simbench.core.errors import DatasetError
 from simbench.datasets.store import Store, open_store
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.dataset.manifest import RECORD, EntryFile, read_record
-from simbench.runtime.limits import environment, film_limit_s
-from simbench.runtime.pool import Crew, Event, Job
-from simbench.verification.compare_sequences import Finding
+from simbench.runtime.limits import environment, generation_limit_s
+from simbench.runtime.pool import Job, JobEvent, WorkerPool
+from simbench.verification.compare_sequences import VerificationResult
 from simbench.verification.remake import STEPS, remake_entry, remake_sequence
 
-__all__ = ["Progress", "Subject", "chosen_evenly", "find_subjects", "verify"]
+__all__ = ["Progress", "Subject", "chosen_evenly", "find_targets_to_verify", "verify"]
 
 Progress = Callable[[float, float, str], None]
 
@@ -43,12 +43,14 @@ class Subject:
     """
 
     name: str
-    remake: Callable[..., Finding]
+    remake: Callable[..., VerificationResult]
     arguments: tuple[Any, ...]
     count_frames: Callable[[], int]
 
 
-def find_subjects(place: str, sample: int | None = None) -> tuple[list[Subject], int]:
+def find_targets_to_verify(
+    place: str, sample: int | None = None
+) -> tuple[list[Subject], int]:
     """Return the recorded sequences in a place, and how many there are in all.
 
     Parameters
@@ -135,30 +137,30 @@ def chosen_evenly(what: Sequence[Any], count: int | None) -> Sequence[Any]:
 
 def verify(
     subjects: Iterable[Subject], *, jobs: int = 1, progress: Progress | None = None
-) -> list[Finding]:
+) -> list[VerificationResult]:
     """Make sequences anew from their scenarios and seeds and compare them.
 
     Parameters
     ----------
     subjects : iterable of Subject
-        See `find_subjects`.
+        See `find_targets_to_verify`.
     jobs : int
         Processes at a time. None of them is this one, which may have filmed before.
     progress : callable of (done, total, what), optional
 
     Returns
     -------
-    list of Finding
+    list of VerificationResult
         One a subject, in their order.
     """
     order = list(subjects)
     waiting = deque(enumerate(order))
-    found: dict[Subject, Finding] = {}
+    found: dict[Subject, VerificationResult] = {}
     under_way: dict[Subject, float] = {}
     with tempfile.TemporaryDirectory(prefix="simbench-verify-") as temporary:
         scratch = Path(temporary)
         log = scratch / "workers.log"
-        with Crew(jobs, environment(jobs, scratch), log) as crew:
+        with WorkerPool(jobs, environment(jobs, scratch), log) as crew:
             while waiting or not crew.is_idle:
                 while waiting and crew.has_room:
                     number, subject = waiting.popleft()
@@ -175,12 +177,14 @@ def verify(
 
 def _job(subject: Subject, scratch: Path) -> Job:
     arguments = (*subject.arguments, scratch)
-    limit_s = film_limit_s(subject.count_frames())
+    limit_s = generation_limit_s(subject.count_frames())
     return Job(subject, "film", subject.remake, arguments, limit_s)
 
 
 def _hear(
-    event: Event, found: dict[Subject, Finding], under_way: dict[Subject, float]
+    event: JobEvent,
+    found: dict[Subject, VerificationResult],
+    under_way: dict[Subject, float],
 ) -> None:
     subject: Subject = event.job.name
     if event.kind == "progress":
@@ -188,4 +192,6 @@ def _hear(
         return
     del under_way[subject]
     is_done = event.kind == "done"
-    found[subject] = event.value if is_done else Finding(subject.name, (), event.value)
+    found[subject] = (
+        event.value if is_done else VerificationResult(subject.name, (), event.value)
+    )

@@ -11,7 +11,7 @@ import pytest
 
 from simbench.render.gl.pyrender_camera import PyrenderCamera
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 from tests.bench.naive_pyrender import NaivePyrender
 from tests.scenarios.stories import story
 
@@ -34,7 +34,7 @@ def stage() -> Stage:
         },
         imaging={"width_px": 480, "height_px": 320},
     )
-    return set_stage(scenario, 0)
+    return build_stage(scenario, 0)
 
 
 @pytest.fixture(scope="module")

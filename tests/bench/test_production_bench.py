@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Wanted, spread
+from simbench.generation.dataset.request import DatasetRequest, spread
 from simbench.runtime.versions import core_count
 from simbench.scenarios.files.recipe import load_recipe
 
@@ -27,7 +27,7 @@ def test_two_processes_make_a_data_set_nearly_twice_as_fast(
     # one process alone would let the rasteriser use the second core, too
     monkeypatch.setenv("LP_NUM_THREADS", "0")
     recipe = load_recipe("poles").shortened(_FRAMES)
-    wanted = Wanted(spread([recipe], _SEQUENCES), "got10k")
+    wanted = DatasetRequest(spread([recipe], _SEQUENCES), "got10k")
     alone: list[float] = []
 
     def make(jobs: int) -> float:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from simbench.core.atomic_write import folder_written_whole, written_whole
+from simbench.core.atomic_write import atomic_write, atomic_write_folder
 from simbench.core.errors import DatasetError
 
 
 def test_file_appears_when_the_block_ends(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "file"
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("new")
         assert not path.exists()
     assert path.read_text() == "new"
@@ -22,7 +22,7 @@ def test_file_appears_when_the_block_ends(tmp_path: Path) -> None:
 def test_file_stays_as_it_was_when_the_block_raises(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_text("old")
-    with pytest.raises(KeyboardInterrupt), written_whole(path) as temporary:
+    with pytest.raises(KeyboardInterrupt), atomic_write(path) as temporary:
         temporary.write_text("half")
         raise KeyboardInterrupt
     assert path.read_text() == "old"
@@ -32,7 +32,7 @@ def test_file_stays_as_it_was_when_the_block_raises(tmp_path: Path) -> None:
 def test_folder_in_place_of_the_file_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years")
     with pytest.raises(DatasetError, match="is a folder, wanted the path of a file"):
-        written_whole(tmp_path).__enter__()
+        atomic_write(tmp_path).__enter__()
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
 
 
@@ -41,12 +41,12 @@ def test_working_folder_is_refused_as_a_file(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(DatasetError, match=r"^\.: is a folder"):
-        written_whole(Path()).__enter__()
+        atomic_write(Path()).__enter__()
 
 
 def test_folder_made_while_the_file_is_written_stays(tmp_path: Path) -> None:
     path = tmp_path / "file"
-    with pytest.raises(IsADirectoryError), written_whole(path) as temporary:
+    with pytest.raises(IsADirectoryError), atomic_write(path) as temporary:
         temporary.write_text("new")
         (path / "thesis").mkdir(parents=True)
     assert [p.name for p in path.iterdir()] == ["thesis"]
@@ -57,7 +57,7 @@ def test_folder_replaces_a_folder(tmp_path: Path) -> None:
     path = tmp_path / "folder"
     path.mkdir()
     (path / "old").touch()
-    with folder_written_whole(path) as temporary:
+    with atomic_write_folder(path) as temporary:
         (temporary / "new").touch()
     assert [p.name for p in path.iterdir()] == ["new"]
     assert [p.name for p in tmp_path.iterdir()] == ["folder"]
@@ -67,7 +67,7 @@ def test_folder_stays_as_it_was_when_the_block_raises(tmp_path: Path) -> None:
     path = tmp_path / "folder"
     path.mkdir()
     (path / "old").touch()
-    with pytest.raises(KeyboardInterrupt), folder_written_whole(path) as temporary:
+    with pytest.raises(KeyboardInterrupt), atomic_write_folder(path) as temporary:
         (temporary / "half").touch()
         raise KeyboardInterrupt
     assert [p.name for p in path.iterdir()] == ["old"]

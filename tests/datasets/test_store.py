@@ -35,7 +35,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
 @pytest.fixture
 def store(place: str) -> Iterator[Store]:
     store = open_store(place)
-    with store.claimed():
+    with store.locked():
         yield store
 
 
@@ -90,24 +90,24 @@ def test_missing_file_is_named(store: Store) -> None:
 
 def test_second_claim_is_refused_in_one_line(store: Store, place: str) -> None:
     with pytest.raises(DatasetError, match="another run is writing here"):
-        with open_store(place).claimed():
+        with open_store(place).locked():
             pass
 
 
 def test_claim_ends_with_its_block(place: str) -> None:
     for _ in range(2):
-        with open_store(place).claimed():
+        with open_store(place).locked():
             pass
 
 
 def test_url_whose_production_fell_silent_can_be_claimed(tmp_path: Path) -> None:
     url = f"dir://out::file://{tmp_path}"
-    killed = UrlStore(url).claimed()
+    killed = UrlStore(url).locked()
     killed.__enter__()  # and never leaves
     lease = tmp_path / "out" / "production.lock"
     content = json.loads(lease.read_text())
     lease.write_text(json.dumps(content | {"at": time.time() - 130}))
-    with open_store(url).claimed():
+    with open_store(url).locked():
         assert json.loads(lease.read_text())["at"] > time.time() - 60
     assert not lease.exists()
 
@@ -118,11 +118,11 @@ def test_production_that_lost_its_url_to_another_stops(
     url = f"dir://out::file://{tmp_path}"
     mine, other = UrlStore(url), UrlStore(url)
     monkeypatch.setattr(url_store, "_RENEW_S", 0.05)
-    lost = mine.claimed()
+    lost = mine.locked()
     lost.__enter__()
     mine.still_ours()
     monkeypatch.setattr(url_store, "_LEASE_S", 0.0)  # as after a long silence
-    with other.claimed():
+    with other.locked():
         limit = time.monotonic() + 10
         with pytest.raises(DatasetError, match="another run is writing here"):
             while time.monotonic() < limit:
@@ -138,7 +138,7 @@ def test_claim_is_renewed_whatever_the_production_is_at(
     url = f"dir://out::file://{tmp_path}"
     lease = tmp_path / "out" / "production.lock"
     monkeypatch.setattr(url_store, "_RENEW_S", 0.01)
-    with UrlStore(url).claimed():
+    with UrlStore(url).locked():
         first, limit = lease.read_text(), time.monotonic() + 10
         while lease.read_text() in (first, ""):  # in a busy loop that asks for nothing
             assert time.monotonic() < limit
@@ -158,7 +158,7 @@ def test_file_of_another_disk_is_copied_whole(
 
     monkeypatch.setattr(Path, "replace", across)
     store = FolderStore(tmp_path / "out")
-    with store.claimed():
+    with store.locked():
         store.take({"a/b": local})
         assert store.read(["a/b"]) == [b"pictures"]
         assert not local.exists()
@@ -178,7 +178,7 @@ def test_file_of_another_disk_is_copied_whole(
 )
 def test_place_that_cannot_be_used_is_one_line(place: str, words: str) -> None:
     with pytest.raises(DatasetError, match=words) as caught:
-        with open_store(place).claimed():
+        with open_store(place).locked():
             pass
     assert "\n" not in str(caught.value)
 

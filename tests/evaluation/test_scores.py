@@ -16,7 +16,7 @@ from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Failure, Track
 from simbench.evaluation.score_columns import FRAME_TYPES, RUN_TYPES
-from simbench.evaluation.scores import Scores, score, score_failure, score_unmade
+from simbench.evaluation.scores import Scores, score, score_failure, score_missing
 
 
 def perfect_track(sequence: Sequence) -> Track:
@@ -95,7 +95,7 @@ def test_perfect_track_scores_full_marks(tiny: Sequence) -> None:
 def test_run_keeps_what_is_needed_to_make_it_again(tiny: Sequence) -> None:
     run = only_run(score(perfect_track(tiny), tiny, tracker="mine", repetition=2))
     assert (run["scenario"], run["seed"], run["repetition"]) == ("tiny", 3, 2)
-    assert (run["digest"], run["redraws"]) == ("ab" * 32, 1)
+    assert (run["digest"], run["traffic_redraws"]) == ("ab" * 32, 1)
     assert int(str(run["track_seed"])) == 2**100
     assert run["requested.displacement_px"] == 2.0
 
@@ -174,7 +174,7 @@ def test_variant_is_that_of_the_scenario(tiny: Sequence) -> None:
 
 
 def test_run_without_a_sequence_has_no_measures() -> None:
-    scores = score_unmade(
+    scores = score_missing(
         scenario="poles", seed=4, tracker="mine", reason="no", status="unreachable"
     )
     run = only_run(scores)

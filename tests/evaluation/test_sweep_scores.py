@@ -11,8 +11,8 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from simbench.core.errors import DatasetError
-from simbench.evaluation.scores import Scores, score_unmade
-from simbench.evaluation.sweep_scores import Swept, swept_scores
+from simbench.evaluation.scores import Scores, score_missing
+from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.report.sweep_text import (
     breaking_table,
     breaking_words,
@@ -23,15 +23,15 @@ from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
 
 
 @pytest.fixture(scope="module")
-def swept() -> Swept:
+def swept() -> SweepScores:
     return drawn_sweep(one_dial())[3]
 
 
-def points_of(swept: Swept, tracker: str) -> pd.DataFrame:
+def points_of(swept: SweepScores, tracker: str) -> pd.DataFrame:
     return swept.points[swept.points["tracker"] == tracker].reset_index(drop=True)
 
 
-def test_point_has_the_mean_over_seeds_and_its_interval(swept: Swept) -> None:
+def test_point_has_the_mean_over_seeds_and_its_interval(swept: SweepScores) -> None:
     frail = points_of(swept, "frail")
     # lost for a quarter of 39 frames, rounded: 10
     assert frail.loc[1, "success_50.mean"] == pytest.approx(29 / 39)
@@ -40,7 +40,7 @@ def test_point_has_the_mean_over_seeds_and_its_interval(swept: Swept) -> None:
     assert frail["seeds"].tolist() == [3, 3, 3, 3, 2]
 
 
-def test_point_stands_at_the_value_achieved(swept: Swept) -> None:
+def test_point_stands_at_the_value_achieved(swept: SweepScores) -> None:
     firm = points_of(swept, "firm")
     assert firm["achieved.occlusion.hidden"].tolist() == pytest.approx(
         [0.0, 0.245, 0.49, 0.735, 0.98]
@@ -52,7 +52,9 @@ def test_dial_that_sequences_do_not_tell_stands_as_requested() -> None:
     assert np.allclose(points["achieved.noise"], points["requested.noise"])
 
 
-def test_sequence_that_cannot_be_made_has_no_part_in_the_mean(swept: Swept) -> None:
+def test_sequence_that_cannot_be_made_has_no_part_in_the_mean(
+    swept: SweepScores,
+) -> None:
     row = points_of(swept, "firm").iloc[-1]
     assert (row["seeds"], row["missing"]) == (2, 1)
     assert row["success_50.mean"] == 1.0
@@ -60,14 +62,14 @@ def test_sequence_that_cannot_be_made_has_no_part_in_the_mean(swept: Swept) -> N
 
 
 def test_killed_tracker_has_lost_at_the_value_its_sequence_achieved(
-    swept: Swept,
+    swept: SweepScores,
 ) -> None:
     row = points_of(swept, "frail").iloc[-1]
     assert row["success_50.mean"] == 0.0
     assert row["achieved.occlusion.hidden.min"] == pytest.approx(0.98)
 
 
-def test_breaking_points_of_both_trackers(swept: Swept) -> None:
+def test_breaking_points_of_both_trackers(swept: SweepScores) -> None:
     firm, frail = swept.breaking.to_dict("records")
     assert (firm["tracker"], firm["state"]) == ("firm", "beyond")
     assert (firm["low"], firm["high"]) == (np.inf, np.inf)
@@ -89,7 +91,7 @@ def test_point_that_no_seed_reaches_stands_without_scores() -> None:
     scores = drawn_sweep(one_dial())[0]
     variant = "occlusion.hidden=1"
     lost = [
-        score_unmade(
+        score_missing(
             scenario="poles",
             variant=variant,
             seed=seed,
@@ -102,7 +104,7 @@ def test_point_that_no_seed_reaches_stands_without_scores() -> None:
     ]
     kept = Scores(scores.runs[scores.runs["variant"] != variant], scores.frames)
     runs = Scores.concat([kept, *lost]).runs
-    swept = swept_scores(runs, one_dial(), np.random.default_rng(0))
+    swept = sweep_scores(runs, one_dial(), np.random.default_rng(0))
     row = points_of(swept, "firm").iloc[-1]
     assert (row["seeds"], row["missing"]) == (0, 3)
     assert np.isnan([row["success_50.mean"], row["achieved.occlusion.hidden"]]).all()
@@ -113,7 +115,7 @@ def test_point_that_no_seed_reaches_stands_without_scores() -> None:
 
 def test_sweep_of_which_nothing_can_be_made_breaks_nowhere() -> None:
     rows = [
-        score_unmade(
+        score_missing(
             scenario="poles",
             variant=variant,
             seed=0,
@@ -124,48 +126,52 @@ def test_sweep_of_which_nothing_can_be_made_breaks_nowhere() -> None:
         for variant in one_dial().points()
     ]
     runs = Scores.concat(rows).runs
-    swept = swept_scores(runs, one_dial(), np.random.default_rng(0))
+    swept = sweep_scores(runs, one_dial(), np.random.default_rng(0))
     assert len(swept.breaking) == 0
     assert len(swept.points) == 5
 
 
-def test_same_generator_gives_the_same_tables(swept: Swept) -> None:
+def test_same_generator_gives_the_same_tables(swept: SweepScores) -> None:
     again = drawn_sweep(one_dial())[3]
     assert_frame_equal(again.points, swept.points)
     assert_frame_equal(again.breaking, swept.breaking)
 
 
-def test_sweep_comes_back_from_disk_as_it_was(swept: Swept, tmp_path: Path) -> None:
+def test_sweep_comes_back_from_disk_as_it_was(
+    swept: SweepScores, tmp_path: Path
+) -> None:
     swept.write(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "breaking_points.parquet",
         "sweep.parquet",
     ]
-    again = Swept.read(tmp_path, swept.sweep)
+    again = SweepScores.read(tmp_path, swept.sweep)
     assert_frame_equal(again.points, swept.points)
     assert_frame_equal(again.breaking, swept.breaking)
 
 
-def test_table_of_another_sweep_is_named(swept: Swept, tmp_path: Path) -> None:
+def test_table_of_another_sweep_is_named(swept: SweepScores, tmp_path: Path) -> None:
     swept.write(tmp_path)
     with pytest.raises(
         DatasetError, match=r"sweep\.parquet: .* lacks requested\.noise"
     ):
-        Swept.read(tmp_path, two_dials())
+        SweepScores.read(tmp_path, two_dials())
 
 
-def test_tables_say_what_was_requested_and_achieved_once_a_point(swept: Swept) -> None:
+def test_tables_say_what_was_requested_and_achieved_once_a_point(
+    swept: SweepScores,
+) -> None:
     headings, rows = point_table(swept)
     assert headings[:3] == ["occlusion.hidden", "tracker", "success"]
     assert [row[0] for row in rows[:4]] == ["0 → 0", "", "0.25 → 0.245", ""]
     assert rows[2][1:] == ["firm", "1.00 [1.00, 1.00]", "1.00", "0.95", "50"]
 
 
-def test_point_off_its_dial_is_starred_and_noted(swept: Swept) -> None:
+def test_point_off_its_dial_is_starred_and_noted(swept: SweepScores) -> None:
     runs = drawn_sweep(one_dial())[0].runs
     name = "achieved.occlusion.hidden"
     far = runs.assign(**{name: runs[name].mask(runs["seed"] == 0, runs[name] - 0.1)})
-    off = swept_scores(far, one_dial(), np.random.default_rng(0))
+    off = sweep_scores(far, one_dial(), np.random.default_rng(0))
     assert point_table(off)[1][2][0] == "0.25 → 0.212*"
     assert (
         "occlusion.hidden=0.25: beyond the tolerance on 1 of 3 seeds: "
@@ -174,13 +180,13 @@ def test_point_off_its_dial_is_starred_and_noted(swept: Swept) -> None:
     assert not any("tolerance" in note for note in notes(swept))
 
 
-def test_point_that_some_seeds_miss_is_noted(swept: Swept) -> None:
+def test_point_that_some_seeds_miss_is_noted(swept: SweepScores) -> None:
     assert notes(swept) == [
         "occlusion.hidden=1 (1 of 3 seeds): not reachable: nothing is that wide"
     ]
 
 
-def test_breaking_table_names_the_dial_and_the_other(swept: Swept) -> None:
+def test_breaking_table_names_the_dial_and_the_other(swept: SweepScores) -> None:
     headings, rows = breaking_table(swept)
     assert headings == ["tracker", "breaking point of occlusion.hidden"]
     assert rows[0] == ["firm", "beyond the range: above one half from 0 to 0.98"]

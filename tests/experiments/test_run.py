@@ -18,9 +18,9 @@ import pytest
 from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
 from simbench.experiments.grid import finished_scores, run_grid
-from simbench.experiments.rebuild_report import report_again
+from simbench.experiments.rebuild_report import rebuild_report
 from simbench.experiments.request import Request, track_seed
-from simbench.experiments.run import Outcome, whole_run
+from simbench.experiments.run import RunResult, run_experiment
 from simbench.experiments.run_folder import RunFolder
 from simbench.runtime import pool as workers
 from simbench.scenarios.files.loading import load_scenario
@@ -56,12 +56,12 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
 @pytest.fixture(scope="module")
 def finished(
     filmed: RunFolder, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[RunFolder, Outcome]:
+) -> tuple[RunFolder, RunResult]:
     """A run that came to its end, and what came out of it."""
     path = tmp_path_factory.mktemp("finished") / "run"
     shutil.copytree(filmed.sequences, path / "sequences")
     (path / ".lock").touch()  # so that it is ours
-    outcome = whole_run(asked("Walk"), path, command="", keep_sequences=True)
+    outcome = run_experiment(asked("Walk"), path, command="", keep_sequences=True)
     return RunFolder(path), outcome
 
 
@@ -165,7 +165,7 @@ def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) ->
     ],
 )
 def test_finished_run_is_made_whole_again_by_the_same_call(
-    finished: tuple[RunFolder, Outcome],
+    finished: tuple[RunFolder, RunResult],
     tmp_path: Path,
     name: str,
     content: bytes | None,
@@ -178,14 +178,14 @@ def test_finished_run_is_made_whole_again_by_the_same_call(
     (folder.path / name).unlink()
     if content is not None:
         (folder.path / name).write_bytes(content)
-    second = whole_run(request, folder.path, command="", keep_sequences=True)
+    second = run_experiment(request, folder.path, command="", keep_sequences=True)
     assert folder.is_finished(request.digest)
     assert part.stat().st_mtime_ns == written  # from parts
     assert second.scores.runs["fps"].tolist() == first.scores.runs["fps"].tolist()
 
 
 @pytest.fixture
-def copied(finished: tuple[RunFolder, Outcome], tmp_path: Path) -> RunFolder:
+def copied(finished: tuple[RunFolder, RunResult], tmp_path: Path) -> RunFolder:
     """A run of its own that came to its end, its sequence kept."""
     shutil.copytree(finished[0].path, tmp_path / "copied")
     return RunFolder(tmp_path / "copied")
@@ -206,7 +206,7 @@ def test_pictures_that_were_kept_stay_when_a_later_call_does_not_ask_for_them(
 ) -> None:
     kept = list(copied.sequences.iterdir())
     copied.report.unlink()
-    whole_run(asked("Walk"), copied.path, command="")
+    run_experiment(asked("Walk"), copied.path, command="")
     assert copied.report.exists()
     assert list(copied.sequences.iterdir()) == kept
     assert copied.keeps_sequences
@@ -241,13 +241,13 @@ def test_sequences_other_than_the_first_are_removed(
 
 
 def test_report_again_shows_the_sequences_that_were_kept(
-    finished: tuple[RunFolder, Outcome], tmp_path: Path
+    finished: tuple[RunFolder, RunResult], tmp_path: Path
 ) -> None:
     folder = RunFolder(tmp_path / "run")
     shutil.copytree(finished[0].path, folder.path)
     folder.report.unlink()
     told: list[float] = []
-    report_again(folder.path, lambda done, of, doing: told.append(done))
+    rebuild_report(folder.path, lambda done, of, doing: told.append(done))
     assert folder.report.exists()
     assert told == []  # nothing was filmed
 
@@ -267,14 +267,14 @@ def test_scenario_that_cannot_be_filmed_costs_its_rows(tmp_path: Path) -> None:
 def test_folder_with_other_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").touch()
     with pytest.raises(DatasetError, match="found other files"):
-        RunFolder(tmp_path).claimed().__enter__()
+        RunFolder(tmp_path).locked().__enter__()
 
 
 def test_folder_of_a_run_under_way_is_refused(tmp_path: Path) -> None:
-    with RunFolder(tmp_path).claimed():
+    with RunFolder(tmp_path).locked():
         with pytest.raises(DatasetError, match="another run is writing here"):
-            RunFolder(tmp_path).claimed().__enter__()
-    with RunFolder(tmp_path).claimed():
+            RunFolder(tmp_path).locked().__enter__()
+    with RunFolder(tmp_path).locked():
         pass
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from simbench.cli import execute
 from simbench.evaluation.scores import Scores
-from simbench.experiments.run import Outcome
-from simbench.scenarios.files.loading import raw_scenario
+from simbench.experiments.run import RunResult
+from simbench.scenarios.files.loading import read_raw_scenario
 from tests.report.drawn_sweep import drawn_sweep, one_dial
 
 
@@ -103,7 +103,7 @@ def test_sweep_fails_by_failures_or_where_nothing_is_reached(
 ) -> None:
     scores, _, _, swept = drawn_sweep(one_dial())
     runs = scores.runs.iloc[:2].assign(status=status)
-    outcome = Outcome(Scores(runs, scores.frames), Path("report.html"), swept)
+    outcome = RunResult(Scores(runs, scores.frames), Path("report.html"), swept)
     assert len(outcome.failures) == failures
     assert all("poles@occlusion.hidden=0, seed 0" in one for one in outcome.failures)
 
@@ -113,7 +113,7 @@ def test_sweep_fails_by_failures_or_where_nothing_is_reached(
 def test_run_shows_variants_of_one_scenario_apart(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    story = raw_scenario("smoke") | {
+    story = read_raw_scenario("smoke") | {
         "frames": 3,
         "occluders": [],
         "variants": {"clear": {}, "grainy": {"imaging.noise": 0.3}},

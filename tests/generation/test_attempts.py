@@ -10,7 +10,7 @@ import pytest
 
 import simbench
 from simbench.core.errors import ScenarioError
-from simbench.generation.attempts import film_as_asked
+from simbench.generation.attempts import render_with_dials
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage
 from tests.generation.dials.roadside import roadside
@@ -22,7 +22,7 @@ POLE = [{"kind": "pole", "hides_at_s": 0.24, "distance_m": 12, "width_m": 0.5}]
 
 def _filmed(scenario: Scenario) -> tuple[list[np.ndarray], Stage, np.ndarray]:
     pictures: dict[int, np.ndarray] = {}
-    stage, truth = film_as_asked(scenario, 0, pictures.__setitem__)
+    stage, truth = render_with_dials(scenario, 0, pictures.__setitem__)
     return [pictures[n] for n in sorted(pictures)], stage, 1 - truth.visible_fraction
 
 

@@ -16,7 +16,7 @@ from simbench.core.sequence import Sequence
 from simbench.generation.generate import finished_sequence
 from simbench.generation.preview import draw_truth, write_picture
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.stories import story
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
@@ -125,7 +125,9 @@ def test_traffic_that_hides_the_start_is_drawn_again_by_generate_and_show_alike(
 ) -> None:
     scenario = hidden_at_first()
     sequence = simbench.generate(scenario, 0)
-    assert sequence.redraws > set_stage(scenario, 0).trajectories.redraws
+    assert (
+        sequence.traffic_redraws > build_stage(scenario, 0).trajectories.traffic_redraws
+    )
     write_picture(scenario, 0, 0, tmp_path / "a.png")
     picture = cv2.imread(str(tmp_path / "a.png"))
     assert picture is not None

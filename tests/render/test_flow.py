@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 from simbench.render.flow import Flow, View, forward_flow, sample_place
-from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
+from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
 from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 from tests.scenarios.stories import story
 
 HEIGHT, WIDTH = 20, 40
@@ -125,7 +125,7 @@ def test_what_the_next_frame_shows_nearer_hides_it(
     assert (found.occlusions == is_hidden).all()
 
 
-def _shots(samples: int, **parts: Any) -> tuple[Stage, list[Shot], list[View]]:
+def _shots(samples: int, **parts: Any) -> tuple[Stage, list[RenderedFrame], list[View]]:
     parts["imaging"] = {
         "width_px": 240,
         "height_px": 160,
@@ -133,7 +133,7 @@ def _shots(samples: int, **parts: Any) -> tuple[Stage, list[Shot], list[View]]:
         "noise": 0,
         "blur_px": 0,
     }
-    stage = set_stage(story(**parts), 0)
+    stage = build_stage(story(**parts), 0)
     middle = slice(samples // 2, None, samples)
     shots, views = [], []
     with PyrenderCamera(build_scene(stage), 240, 160, samples) as machine:

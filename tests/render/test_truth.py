@@ -12,10 +12,10 @@ from hypothesis.extra.numpy import arrays
 
 from simbench.core.camera import Camera
 from simbench.core.sequence import Truth
-from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
+from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
 from simbench.render.truth import TruthRecorder, pixel_ids
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 from tests.scenarios.stories import story
 
 
@@ -23,12 +23,12 @@ from tests.scenarios.stories import story
 class Filmed:
     stage: Stage
     scene: Scene
-    shots: list[Shot]
+    shots: list[RenderedFrame]
     truth: Truth
 
 
 def _film(*, samples: int = 2, want_depth: bool = False, **parts: Any) -> Filmed:
-    stage = set_stage(story(**parts), 0)
+    stage = build_stage(story(**parts), 0)
     scene = build_scene(stage)
     width, height = stage.cameras[0].width, stage.cameras[0].height
     recorder = TruthRecorder(scene, stage.trajectories, samples)

@@ -12,9 +12,9 @@ import numpy as np
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.evaluation.scores import Scores, score, score_failure, score_unmade
+from simbench.evaluation.scores import Scores, score, score_failure, score_missing
 from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import Swept, swept_scores
+from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from tests.report.drawn_run import drawn_sequence, facts
 
 HIDDEN = Axis("occlusion.hidden", (0.0, 0.25, 0.5, 0.75, 1.0))
@@ -39,7 +39,7 @@ def two_dials() -> Sweep:
 @cache
 def drawn_sweep(
     sweep: Sweep,
-) -> tuple[Scores, Series[Sequence], Mapping[str, Any], Swept]:
+) -> tuple[Scores, Series[Sequence], Mapping[str, Any], SweepScores]:
     """Return scores, sequences of the first seed, facts, and what they amount to.
 
     ``firm`` follows whatever hides the target. ``frail`` loses it for a share of the
@@ -62,7 +62,7 @@ def drawn_sweep(
             parts.append(score(lost, sequence, tracker="frail"))
     scores = Scores.concat(parts)
     told = facts() | {"sweep": sweep.facts(), "trackers": []}
-    swept = swept_scores(scores.runs, sweep, np.random.default_rng(0))
+    swept = sweep_scores(scores.runs, sweep, np.random.default_rng(0))
     return scores, kept, told, swept
 
 
@@ -115,7 +115,7 @@ def _killed(variant: str) -> Scores:
 
 
 def _unmade(variant: str, tracker: str) -> Scores:
-    return score_unmade(
+    return score_missing(
         scenario="poles",
         variant=variant,
         seed=2,

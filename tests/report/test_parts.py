@@ -14,27 +14,27 @@ from simbench.evaluation.scores import Scores, score
 from simbench.report import figures, tables
 from simbench.report.palette import styles
 from simbench.report.pictures import animation, stills
-from simbench.report.sections import Section, sections
+from simbench.report.sections import ReportSection, sections
 from tests.report.drawn_run import drawn_run, drawn_sequence, jittered
 
 
 @pytest.fixture(scope="module")
-def parts() -> list[Section]:
+def parts() -> list[ReportSection]:
     scores, _, run = drawn_run()
     return sections(scores, run)
 
 
-def test_trackers_come_in_the_order_of_the_run(parts: list[Section]) -> None:
+def test_trackers_come_in_the_order_of_the_run(parts: list[ReportSection]) -> None:
     assert [part.trackers for part in parts] == [("close", "loose", "still")] * 2
 
 
-def test_killed_run_adds_its_seed(parts: list[Section]) -> None:
+def test_killed_run_adds_its_seed(parts: list[ReportSection]) -> None:
     assert parts[0].seeds == (0, 1, 2)
     assert parts[1].seeds == (0, 1, 2, 3)
 
 
 def test_overall_table_has_two_cells_a_scenario_and_marks_the_best(
-    parts: list[Section],
+    parts: list[ReportSection],
 ) -> None:
     rows = dict(tables.overall_rows(parts, ["close", "loose", "still", "absent"]))
     assert [cell.mean for cell in rows["close"]] == ["1.00", "1.00", "0.75", "0.75"]
@@ -53,20 +53,20 @@ def test_equally_good_trackers_are_all_best() -> None:
     assert [cell.is_best for _, cells in rows for cell in cells] == [True] * 4
 
 
-def test_lower_centre_error_is_better(parts: list[Section]) -> None:
+def test_lower_centre_error_is_better(parts: list[ReportSection]) -> None:
     column = [one.measure for one in tables.SCORE_COLUMNS].index("center_error_px")
     best = [row[0] for row in tables.score_rows(parts[0]) if row[3][column].is_best]
     assert best == ["close"]
 
 
-def test_score_table_counts_seeds_and_failed_runs(parts: list[Section]) -> None:
+def test_score_table_counts_seeds_and_failed_runs(parts: list[ReportSection]) -> None:
     rows = {
         name: (seeds, failed) for name, seeds, failed, _ in tables.score_rows(parts[1])
     }
     assert rows == {"close": (4, 1), "loose": (3, 1), "still": (3, 0)}
 
 
-def test_dials_stand_requested_beside_achieved(parts: list[Section]) -> None:
+def test_dials_stand_requested_beside_achieved(parts: list[ReportSection]) -> None:
     assert tables.dial_rows(parts[0]) == [
         ("displacement_px", "2.00", "2.00 ± 0.00", "2.00 … 2.00"),
         ("occlusion.hidden", "–", "0.60 ± 0.00", "0.60 … 0.60"),
@@ -74,7 +74,7 @@ def test_dials_stand_requested_beside_achieved(parts: list[Section]) -> None:
 
 
 def test_sequences_are_listed_with_the_least_that_was_visible(
-    parts: list[Section],
+    parts: list[ReportSection],
 ) -> None:
     rows = tables.sequence_rows(parts[0])
     assert rows[0] == ("0", "120 frames", "0", "40 %", "0", "0" * 64)
@@ -82,7 +82,7 @@ def test_sequences_are_listed_with_the_least_that_was_visible(
 
 
 def test_occluded_span_runs_while_less_than_95_percent_are_visible(
-    parts: list[Section],
+    parts: list[ReportSection],
 ) -> None:
     frames = parts[0].of_seed(0)["close"]
     # The car, 40 px wide, meets the pole (150 to 174 px) at 2 px a frame from 20 px:
@@ -93,7 +93,7 @@ def test_occluded_span_runs_while_less_than_95_percent_are_visible(
     assert least == pytest.approx(0.4)
 
 
-def test_absent_frames_are_shaded_as_hidden(parts: list[Section]) -> None:
+def test_absent_frames_are_shaded_as_hidden(parts: list[ReportSection]) -> None:
     frames = parts[1].of_seed(0)["close"]
     gone = frames.assign(absent=frames["frame"] == 10, visible_fraction=np.nan)
     assert figures.occluded_spans(gone) == [(10, 10, 0.0)]
@@ -193,7 +193,7 @@ def test_colour_fades_to_the_same_colour_with_opacity() -> None:
     assert styles(["one"])["one"].faded(0.1) == "rgba(0, 114, 178, 0.1)"
 
 
-def test_speed_beyond_a_thousand_has_no_decimals(parts: list[Section]) -> None:
+def test_speed_beyond_a_thousand_has_no_decimals(parts: list[ReportSection]) -> None:
     fast = parts[0].runs.assign(fps=[1234.5, 20.0, 20.0] * 3)
     (close, loose, _) = tables.score_rows(replace(parts[0], runs=fast))
     column = [one.measure for one in tables.SCORE_COLUMNS].index("fps")

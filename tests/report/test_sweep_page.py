@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.evaluation.scores import Scores, score_unmade
+from simbench.evaluation.scores import Scores, score_missing
 from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import Swept, swept_scores
+from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.report import sweep_figures, write_report
 from simbench.report.palette import styles
 from simbench.report.samples import samples
@@ -37,7 +37,7 @@ def html(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture(scope="module")
-def swept() -> Swept:
+def swept() -> SweepScores:
     return drawn_sweep(one_dial())[3]
 
 
@@ -78,7 +78,7 @@ def test_two_dials_have_a_map_for_each_tracker(tmp_path: Path) -> None:
 
 def test_sweep_that_reached_nothing_is_still_a_report(tmp_path: Path) -> None:
     lost = [
-        score_unmade(
+        score_missing(
             scenario="poles",
             variant=variant,
             seed=0,
@@ -89,7 +89,7 @@ def test_sweep_that_reached_nothing_is_still_a_report(tmp_path: Path) -> None:
         for variant in one_dial().points()
     ]
     scores = Scores.concat(lost)
-    swept = swept_scores(scores.runs, one_dial(), np.random.default_rng(0))
+    swept = sweep_scores(scores.runs, one_dial(), np.random.default_rng(0))
     write_report(scores, [], {}, tmp_path / "report.html", swept=swept)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "No value was reached" in text
@@ -97,7 +97,7 @@ def test_sweep_that_reached_nothing_is_still_a_report(tmp_path: Path) -> None:
     assert "occlusion.hidden=0.5: not reachable: no" in text
 
 
-def test_curves_stand_at_the_values_achieved(swept: Swept) -> None:
+def test_curves_stand_at_the_values_achieved(swept: SweepScores) -> None:
     figure = sweep_figures.against_dial(swept, LOOKS, "success_50", "share of frames")
     assert figure is not None
     assert [trace["meta"]["tracker"] for trace in figure["data"]] == [
@@ -108,7 +108,7 @@ def test_curves_stand_at_the_values_achieved(swept: Swept) -> None:
     assert figure["data"][2]["y"] == [1.0] * 5
 
 
-def test_breaking_point_is_marked_where_there_is_one(swept: Swept) -> None:
+def test_breaking_point_is_marked_where_there_is_one(swept: SweepScores) -> None:
     figure = sweep_figures.against_dial(
         swept, LOOKS, "success_50", "share of frames", has_breaking=True
     )
@@ -121,12 +121,12 @@ def test_breaking_point_is_marked_where_there_is_one(swept: Swept) -> None:
     json.dumps(figure, allow_nan=False)  # browsers know no NaN
 
 
-def test_trackers_without_particles_have_no_figure_of_them(swept: Swept) -> None:
+def test_trackers_without_particles_have_no_figure_of_them(swept: SweepScores) -> None:
     none = replace(swept, points=swept.points.assign(**{"particles_mean.mean": 0.0}))
     assert sweep_figures.against_dial(none, LOOKS, "particles_mean", "") is None
 
 
-def map_of(swept: Swept) -> dict[str, Any]:
+def map_of(swept: SweepScores) -> dict[str, Any]:
     figure = sweep_figures.success_map(swept, "frail")
     json.dumps(figure, allow_nan=False)
     heat, contour = figure["data"]

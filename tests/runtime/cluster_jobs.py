@@ -9,10 +9,12 @@ from types import SimpleNamespace
 
 from distributed import KilledWorker
 
-from simbench.runtime.pool import Report
+from simbench.runtime.pool import ReportProgress
 
 
-def begin_then_write(seconds: float, begun: Path, late: Path, report: Report) -> None:
+def begin_then_write(
+    seconds: float, begun: Path, late: Path, report: ReportProgress
+) -> None:
     """Write in a file that it began and in which process, and later another file."""
     begun.write_text(f"{os.getpid()} {os.getppid()}")
     time.sleep(seconds)

@@ -14,7 +14,7 @@ import numpy as np
 from simbench.core.box import Box
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
-from simbench.runtime.pool import Report
+from simbench.runtime.pool import ReportProgress
 
 AT = 3
 
@@ -76,43 +76,43 @@ class Slow(Walk):
         return super().update(frame)
 
 
-def answer(value: int, report: Report) -> int:
+def answer(value: int, report: ReportProgress) -> int:
     report(1, 2)
     return value
 
 
-def process_id(report: Report) -> int:
+def process_id(report: ReportProgress) -> int:
     return os.getpid()
 
 
-def variable(name: str, report: Report) -> str | None:
+def variable(name: str, report: ReportProgress) -> str | None:
     return os.environ.get(name)
 
 
-def fail(report: Report) -> None:
+def fail(report: ReportProgress) -> None:
     raise ValueError("this job cannot be done")
 
 
-def interrupt(report: Report) -> None:
+def interrupt(report: ReportProgress) -> None:
     raise KeyboardInterrupt
 
 
-def temporary_folder(report: Report) -> str:
+def temporary_folder(report: ReportProgress) -> str:
     return tempfile.gettempdir()
 
 
-def leave(status: int, report: Report) -> None:
+def leave(status: int, report: ReportProgress) -> None:
     os._exit(status)
 
 
-def crash(report: Report) -> None:
+def crash(report: ReportProgress) -> None:
     ctypes.string_at(0)
 
 
-def hang(report: Report) -> None:
+def hang(report: ReportProgress) -> None:
     time.sleep(3600)
 
 
-def sleep_then_write(seconds: float, path: Path, report: Report) -> None:
+def sleep_then_write(seconds: float, path: Path, report: ReportProgress) -> None:
     time.sleep(seconds)
     path.write_text("still here")

@@ -19,12 +19,12 @@ from distributed import Client
 
 from simbench.core.errors import SimbenchError
 from simbench.experiments.request import Request
-from simbench.experiments.run import whole_run
+from simbench.experiments.run import run_experiment
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Wanted, spread
+from simbench.generation.dataset.request import DatasetRequest, spread
 from simbench.runtime import cluster as clusters
 from simbench.runtime.cluster import Cluster, ClusterError
-from simbench.runtime.pool import Event, Job
+from simbench.runtime.pool import Job, JobEvent
 from simbench.trackers.find_tracker import find_tracker
 from tests.generation.dataset.small_recipe import small_recipe
 from tests.generation.dataset.test_produce import content
@@ -69,7 +69,7 @@ def job(function: Any, *arguments: Any, limit_s: float = 60.0) -> Job:
 def outcome(crew: Cluster, *jobs: Job) -> dict[str, tuple[str, Any]]:
     """Start jobs as there is room and return how each ended, by name."""
     waiting = list(jobs)
-    ended: list[Event] = []
+    ended: list[JobEvent] = []
     while waiting or not crew.is_idle:
         while waiting and crew.has_room:
             crew.start(waiting.pop(0))
@@ -105,7 +105,7 @@ def test_jobs_end_on_a_cluster_as_they_do_here(address: str) -> None:
 def test_cluster_makes_the_same_bytes_as_this_machine(
     address: str, tmp_path: Path
 ) -> None:
-    wanted = Wanted(spread([small_recipe()], 2), "got10k")
+    wanted = DatasetRequest(spread([small_recipe()], 2), "got10k")
     url = f"dir://cluster::file://{tmp_path}"
     for place, cluster in (
         (str(tmp_path / "here"), ""),
@@ -128,8 +128,8 @@ def test_cluster_runs_trackers_to_the_same_scores_as_this_machine(
     monkeypatch.chdir(tmp_path)  # the workers are elsewhere
     scenario = small_recipe(frames=4).scenario(0)
     request = Request((scenario,), (find_tracker("still"),), (0,))
-    here = whole_run(request, Path("here"), command="x")
-    there = whole_run(request, Path("there"), command="x", cluster=address)
+    here = run_experiment(request, Path("here"), command="x")
+    there = run_experiment(request, Path("there"), command="x", cluster=address)
     assert not there.failures
     names = map(str, here.scores.runs.columns)
     timed = [name for name in names if "fps" in name or "second" in name]

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from simbench.runtime import pool as workers
-from simbench.runtime.pool import Crew, Event, Job
+from simbench.runtime.pool import Job, JobEvent, WorkerPool
 from tests.runtime import misbehaving
 
 ROOT = Path(__file__).parents[2]
@@ -26,19 +26,19 @@ def _tests_importable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def crew(tmp_path: Path) -> Iterator[Crew]:
-    with Crew(2, {"SIMBENCH_TEST": "seen"}, tmp_path / "log") as crew:
+def crew(tmp_path: Path) -> Iterator[WorkerPool]:
+    with WorkerPool(2, {"SIMBENCH_TEST": "seen"}, tmp_path / "log") as crew:
         yield crew
 
 
-def job(function: Any, *arguments: Any, limit_s: float = 60.0, trade: str = "a") -> Job:
-    return Job(function.__name__, trade, function, arguments, limit_s)
+def job(function: Any, *arguments: Any, limit_s: float = 60.0, kind: str = "a") -> Job:
+    return Job(function.__name__, kind, function, arguments, limit_s)
 
 
-def outcome(crew: Crew, *jobs: Job) -> list[Event]:
+def outcome(crew: WorkerPool, *jobs: Job) -> list[JobEvent]:
     """Start jobs as there is room and return the event that ended each, by name."""
     waiting = list(jobs)
-    ended: list[Event] = []
+    ended: list[JobEvent] = []
     while waiting or not crew.is_idle:
         while waiting and crew.has_room:
             crew.start(waiting.pop(0))
@@ -83,14 +83,14 @@ def outcome(crew: Crew, *jobs: Job) -> list[Event]:
     ],
 )
 def test_job_ends_with_one_event_that_says_how(
-    crew: Crew, work: Job, kind: str, value: object
+    crew: WorkerPool, work: Job, kind: str, value: object
 ) -> None:
     (event,) = outcome(crew, work)
     assert (event.kind, event.value) == (kind, value)
 
 
 def test_job_whose_process_does_not_start_in_time_is_lost(
-    crew: Crew, monkeypatch: pytest.MonkeyPatch
+    crew: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workers, "_START_LIMIT_S", 0.0)
     crew.start(job(misbehaving.answer, 7))
@@ -99,14 +99,14 @@ def test_job_whose_process_does_not_start_in_time_is_lost(
     assert (event.kind, event.value) == ("lost", late)
 
 
-def test_job_given_to_a_worker_that_is_dead_is_lost(crew: Crew) -> None:
+def test_job_given_to_a_worker_that_is_dead_is_lost(crew: WorkerPool) -> None:
     (first,) = outcome(crew, job(misbehaving.process_id))
     os.kill(first.value, signal.SIGKILL)
     (event,) = outcome(crew, job(misbehaving.answer, 7))
     assert (event.kind, event.value) == ("lost", "process killed by SIGKILL")
 
 
-def test_jobs_after_and_beside_a_crash_are_done(crew: Crew) -> None:
+def test_jobs_after_and_beside_a_crash_are_done(crew: WorkerPool) -> None:
     works = [
         job(misbehaving.crash),
         job(misbehaving.answer, 1),
@@ -124,17 +124,17 @@ def test_jobs_after_and_beside_a_crash_are_done(crew: Crew) -> None:
     }
 
 
-def test_worker_is_used_again_for_its_own_trade_only(crew: Crew) -> None:
+def test_worker_is_used_again_for_its_own_trade_only(crew: WorkerPool) -> None:
     ids = [
-        outcome(crew, job(misbehaving.process_id, trade=trade))[0].value
-        for trade in ("a", "a", "b", "a")
+        outcome(crew, job(misbehaving.process_id, kind=kind))[0].value
+        for kind in ("a", "a", "b", "a")
     ]
     assert ids[0] == ids[1] == ids[3] != ids[2]
 
 
-def test_progress_is_reported(crew: Crew) -> None:
+def test_progress_is_reported(crew: WorkerPool) -> None:
     crew.start(job(misbehaving.answer, 7))
-    events: list[Event] = []
+    events: list[JobEvent] = []
     while not crew.is_idle:
         events += crew.events(within_s=1.0)
     assert [(event.kind, event.value) for event in events] == [
@@ -144,7 +144,7 @@ def test_progress_is_reported(crew: Crew) -> None:
 
 
 def test_environment_is_set_in_workers_only(
-    crew: Crew, monkeypatch: pytest.MonkeyPatch
+    crew: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("SIMBENCH_TEST", raising=False)
     (event,) = outcome(crew, job(misbehaving.variable, "SIMBENCH_TEST"))
@@ -152,19 +152,21 @@ def test_environment_is_set_in_workers_only(
 
 
 def test_workers_put_temporary_files_where_they_are_told(tmp_path: Path) -> None:
-    with Crew(1, {"TMPDIR": str(tmp_path)}, tmp_path / "log") as crew:
+    with WorkerPool(1, {"TMPDIR": str(tmp_path)}, tmp_path / "log") as crew:
         (event,) = outcome(crew, job(misbehaving.temporary_folder))
     assert event.value == str(tmp_path)
 
 
-def test_traceback_of_a_failed_job_is_in_the_log(crew: Crew, tmp_path: Path) -> None:
+def test_traceback_of_a_failed_job_is_in_the_log(
+    crew: WorkerPool, tmp_path: Path
+) -> None:
     outcome(crew, job(misbehaving.fail))
     assert "this job cannot be done" in (tmp_path / "log").read_text()
 
 
 def test_leaving_the_block_ends_a_worker_at_work(tmp_path: Path) -> None:
     late = tmp_path / "late"
-    with Crew(1, {}, tmp_path / "log") as crew:
+    with WorkerPool(1, {}, tmp_path / "log") as crew:
         crew.start(job(misbehaving.sleep_then_write, 1.0, late))
         list(crew.events(within_s=30.0))  # until it has started
     time.sleep(1.5)
@@ -176,9 +178,9 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     program = f"""
 import os, pathlib, signal, sys
 sys.path.insert(0, {str(ROOT)!r})
-from simbench.runtime.pool import Crew, Job
+from simbench.runtime.pool import WorkerPool, Job
 from tests.runtime import misbehaving
-with Crew(1, {{}}, pathlib.Path({str(tmp_path / "log")!r})) as crew:
+with WorkerPool(1, {{}}, pathlib.Path({str(tmp_path / "log")!r})) as crew:
     late = pathlib.Path({str(late)!r})
     crew.start(Job("x", "a", misbehaving.sleep_then_write, (1.0, late), 60.0))
     list(crew.events(within_s=30.0))

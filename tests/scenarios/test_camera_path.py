@@ -6,14 +6,14 @@ from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 from tests.scenarios.stories import story
 
 pytestmark = pytest.mark.sumo
 
 
 def _stage(scenario: Scenario, seed: int = 0) -> Stage:
-    return set_stage(scenario, seed)
+    return build_stage(scenario, seed)
 
 
 def _eyes(stage: Stage) -> np.ndarray:

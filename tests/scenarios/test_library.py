@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.box import area, centers, clip
-from simbench.generation.dials.probe import Rehearsal, target_boxes
+from simbench.generation.dials.probe import OcclusionProbe, target_boxes
 from simbench.scenarios.files.loading import (
     library,
     load_scenario,
@@ -19,7 +19,7 @@ from simbench.scenarios.files.loading import (
     variants_of,
 )
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 
 FAST_MOTION = [
     f"{what}-{side}-{camera}"
@@ -51,7 +51,7 @@ def _marked(
 
 
 def _boxes(scenario: Scenario, seed: int) -> NDArray[np.float64]:
-    return target_boxes(set_stage(scenario, seed))
+    return target_boxes(build_stage(scenario, seed))
 
 
 @pytest.mark.parametrize("name", library())
@@ -123,8 +123,8 @@ def test_the_target_is_well_in_the_picture_where_trackers_start(name: str) -> No
 def test_other_vehicles_hide_the_target_and_let_it_come_back(
     name: str, peak: float
 ) -> None:
-    stage = set_stage(load_scenario(name), seed=0)
-    with Rehearsal(stage) as rehearsal:
+    stage = build_stage(load_scenario(name), seed=0)
+    with OcclusionProbe(stage) as rehearsal:
         hidden = rehearsal.hidden([], range(len(stage.cameras)))
     assert hidden.max() >= peak
     assert hidden[0] < 0.05

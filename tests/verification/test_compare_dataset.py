@@ -15,16 +15,16 @@ import simbench.generation.generate
 from simbench.cli import execute
 from simbench.datasets.frames import write_frame
 from simbench.datasets.store import FolderStore
-from simbench.generation.dataset.make_sequence import ENTRIES, Order, produce
+from simbench.generation.dataset.make_sequence import ENTRIES, SequenceJob, produce
 from simbench.generation.dataset.manifest import EntryFile
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Batch, Wanted
+from simbench.generation.dataset.request import Batch, DatasetRequest
 from simbench.generation.digests import made_with
 from simbench.verification.compare_dataset import compare_whole
 from simbench.verification.compare_entries import entry_differences
-from simbench.verification.compare_sequences import Finding
+from simbench.verification.compare_sequences import VerificationResult
 from simbench.verification.remake import remake_entry
-from simbench.verification.verify import find_subjects
+from simbench.verification.verify import find_targets_to_verify
 from tests.generation.dataset.small_recipe import small_recipe
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
@@ -33,7 +33,9 @@ Change = Callable[[Path], None]
 
 
 def produced(layout: str, place: Path, count: int, channels: tuple[str, ...]) -> None:
-    wanted = Wanted((Batch(small_recipe(), range(count)),), layout, "", channels)
+    wanted = DatasetRequest(
+        (Batch(small_recipe(), range(count)),), layout, "", channels
+    )
     produce_dataset(wanted, str(place), command="as typed", licence="CC0-1.0")
 
 
@@ -41,9 +43,9 @@ def entry_of(place: Path, number: int = 0) -> Path:
     return sorted((place / ENTRIES).glob("*.json"))[number]
 
 
-def remade(place: Path, scratch: Path) -> Finding:
+def remade(place: Path, scratch: Path) -> VerificationResult:
     """Make the first sequence of a data set anew, in this process."""
-    (subject, *_), _ = find_subjects(str(place))
+    (subject, *_), _ = find_targets_to_verify(str(place))
     assert subject.remake is remake_entry
     return subject.remake(*subject.arguments, scratch, lambda *_: None)
 
@@ -174,7 +176,7 @@ def test_a_damaged_entry_is_one_line_of_the_whole_and_of_its_sequence(
 def anew(coco: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The files of the first sequence of the data set, made anew, and its entry."""
     root = tmp_path_factory.mktemp("anew") / "root"
-    order = Order(
+    order = SequenceJob(
         name="small-0000",
         key="0" * 12,
         scenario=small_recipe().scenario(0),
@@ -296,7 +298,7 @@ def test_subjects_hold_the_path_of_an_entry_and_none_of_its_content(
     copied: Path,
 ) -> None:
     entry_of(copied).write_text("rubbish")
-    (first, second), total = find_subjects(str(copied))
+    (first, second), total = find_targets_to_verify(str(copied))
     assert (first.name, second.name, total) == ("small-0000", "small-0001", 2)
     assert [type(part) for part in first.arguments] == [str, dict, EntryFile]
     assert [first.count_frames(), second.count_frames()] == [0, 2]

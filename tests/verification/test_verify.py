@@ -28,8 +28,8 @@ from simbench.generation.digests import (
     truth_digests,
 )
 from simbench.verification.compare_folders import folder_differences
-from simbench.verification.compare_sequences import Finding, differences
-from simbench.verification.verify import chosen_evenly, find_subjects, verify
+from simbench.verification.compare_sequences import VerificationResult, differences
+from simbench.verification.verify import chosen_evenly, find_targets_to_verify, verify
 
 
 def recorded(sequence: Sequence) -> Sequence:
@@ -183,9 +183,9 @@ def test_a_run_folder_leads_to_the_sequences_it_keeps(
 ) -> None:
     (tmp_path / "run.json").write_text("{}")
     with pytest.raises(DatasetError, match="keeps no sequences"):
-        find_subjects(str(tmp_path))
+        find_targets_to_verify(str(tmp_path))
     write_sequence(tmp_path / "sequences" / "tiny-0000-abc", tiny)
-    (found,), total = find_subjects(str(tmp_path))
+    (found,), total = find_targets_to_verify(str(tmp_path))
     assert (found.name, found.count_frames(), total) == ("tiny-0000-abc", 8, 1)
 
 
@@ -194,16 +194,16 @@ def test_a_sample_of_a_folder_still_tells_how_many_there_are(
 ) -> None:
     for name in "abcde":
         write_sequence(tmp_path / name, tiny)
-    found, total = find_subjects(str(tmp_path), 2)
+    found, total = find_targets_to_verify(str(tmp_path), 2)
     assert [subject.name for subject in found] == ["a", "e"]
     assert total == 5
 
 
 def test_a_place_without_sequences_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="nothing to verify: wanted a sequence"):
-        find_subjects(str(tmp_path))
+        find_targets_to_verify(str(tmp_path))
     with pytest.raises(DatasetError, match="nothing to verify: No such file"):
-        find_subjects(str(tmp_path / "nowhere"))
+        find_targets_to_verify(str(tmp_path / "nowhere"))
 
 
 def _brighten(folder: Path) -> None:
@@ -230,7 +230,7 @@ _CHANGES: dict[str, Callable[[Path], None]] = {
     "cut": _drop_frame,
     "elsewhere": _record(made_with={"opengl": "Mesa 1.0"}),
     "foreign": _record(scenario={"name": "x", "title": "x", "tests": "x"}),
-    "extra": _record(redraws=77),
+    "extra": _record(traffic_redraws=77),
     "old": _record(digests={}, made_with={}),
     "whole": lambda _: None,
 }
@@ -284,9 +284,9 @@ def _add_array(folder: Path) -> None:
             id="achieved dials",
         ),
         pytest.param(
-            _record(redraws=77),
-            "description differs: redraws: 77 kept, 1 made",
-            id="redraws",
+            _record(traffic_redraws=77),
+            "description differs: traffic_redraws: 77 kept, 1 made",
+            id="traffic_redraws",
         ),
         pytest.param(
             _record(name="x"), 'description differs: name: "x" kept,', id="name"
@@ -324,8 +324,8 @@ def test_what_has_no_digest_is_compared_too(
 
 
 @pytest.fixture(scope="module")
-def findings(data_set: Path) -> dict[str, Finding]:
-    subjects, _ = find_subjects(str(data_set))
+def findings(data_set: Path) -> dict[str, VerificationResult]:
+    subjects, _ = find_targets_to_verify(str(data_set))
     return {one.name: one for one in verify(subjects)}
 
 
@@ -334,11 +334,13 @@ def findings(data_set: Path) -> dict[str, Finding]:
 class TestMadeAgain:
     @pytest.mark.parametrize("name", ["whole", "old", "elsewhere"])
     def test_a_sequence_comes_out_again_to_the_bit_in_another_process(
-        self, findings: dict[str, Finding], name: str
+        self, findings: dict[str, VerificationResult], name: str
     ) -> None:
         assert str(findings[name]) == f"{name}: identical"
 
-    def test_another_mesa_is_named(self, findings: dict[str, Finding]) -> None:
+    def test_another_mesa_is_named(
+        self, findings: dict[str, VerificationResult]
+    ) -> None:
         there, here = findings["elsewhere"].elsewhere["opengl"]
         assert there == "Mesa 1.0"
         assert "OpenGL" in here
@@ -356,7 +358,7 @@ class TestMadeAgain:
             ),
             pytest.param(
                 "extra",
-                "extra: description differs: redraws: 77 kept, 0 made",
+                "extra: description differs: traffic_redraws: 77 kept, 0 made",
                 id="a word of the description",
             ),
             pytest.param("cut", "000002.png: missing", id="a frame is missing"),
@@ -369,7 +371,7 @@ class TestMadeAgain:
         ],
     )
     def test_what_is_not_the_same_is_said_in_one_line(
-        self, findings: dict[str, Finding], name: str, words: str
+        self, findings: dict[str, VerificationResult], name: str, words: str
     ) -> None:
         assert not findings[name].is_same
         assert words in str(findings[name])

@@ -36,16 +36,16 @@ from simbench.datasets.channels import write_channels
 from simbench.datasets.formats import find_format
 from simbench.datasets.store import Store, open_store
 from simbench.datasets.truth_tables import write_truth_tables
-from simbench.runtime.pool import Report
+from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
 __all__ = [
     "CHANNELS",
     "ENTRIES",
     "TRUTH",
-    "Order",
     "Result",
-    "bring",
+    "SequenceJob",
+    "deliver",
     "own_folders",
     "produce",
 ]
@@ -60,7 +60,7 @@ _STEPS = 1000  # that progress is told in, however many frames there are
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class SequenceJob:
     """One sequence to make.
 
     Attributes
@@ -101,12 +101,12 @@ class Order:
         return f"{ENTRIES}/{self.name}.{self.key}"
 
 
-def produce(order: Order, report: Report) -> tuple[Result, str]:
-    """Make one sequence and bring it to its place.
+def produce(order: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
+    """Make one sequence and deliver it to its place.
 
     Parameters
     ----------
-    order : Order
+    order : SequenceJob
     report : callable of (done, total)
         Called with thousandths.
 
@@ -126,7 +126,7 @@ def produce(order: Order, report: Report) -> tuple[Result, str]:
             _make(order, Path(scratch) / "film", root, report)
             is_made = True
             if order.left_at is None:
-                bring(root, open_store(order.place), order)
+                deliver(root, open_store(order.place), order)
             else:
                 root.rename(order.left_at)
     except (SimbenchError, OSError) as error:
@@ -135,7 +135,7 @@ def produce(order: Order, report: Report) -> tuple[Result, str]:
     return "made", ""
 
 
-def bring(root: Path, store: Store, order: Order) -> None:
+def deliver(root: Path, store: Store, order: SequenceJob) -> None:
     """Move a finished sequence into a store, its entry last."""
     begun, done = f"{order.entry}.part", f"{order.entry}.json"
     if done not in order.replaces and store.has(done):
@@ -198,7 +198,7 @@ def _write(store: Store, root: Path, path: str, content: Any) -> None:
     store.take({path: local})
 
 
-def _make(order: Order, film: Path, root: Path, report: Report) -> None:
+def _make(order: SequenceJob, film: Path, root: Path, report: ReportProgress) -> None:
     """Film a sequence and write it below ``root`` in its layout, with its entry."""
     # here, so that the command that waits loads neither simulator nor renderer
     from simbench.generation.generate import generate

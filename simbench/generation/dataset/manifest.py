@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import Store
 from simbench.generation.dataset.make_sequence import ENTRIES
-from simbench.generation.dataset.request import Wanted
+from simbench.generation.dataset.request import DatasetRequest
 from simbench.runtime.versions import host, versions
 
 __all__ = ["RECORD", "Entries", "EntryFile", "Record", "read_record", "require_room"]
@@ -146,7 +146,7 @@ class Record:
 
     @classmethod
     def begun(
-        cls, store: Store, wanted: Wanted, command: str, licence: str = ""
+        cls, store: Store, wanted: DatasetRequest, command: str, licence: str = ""
     ) -> Record:
         """Return what is asked, beside what earlier productions asked; not yet written.
 
@@ -233,7 +233,7 @@ def read_record(store: Store) -> dict[str, Any]:
 
 
 def _earlier(
-    store: Store, content: dict[str, Any], how: dict[str, Any], wanted: Wanted
+    store: Store, content: dict[str, Any], how: dict[str, Any], wanted: DatasetRequest
 ) -> list[dict[str, Any]]:
     for key, value in how.items():
         if content.get(key) != value:

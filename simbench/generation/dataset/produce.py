@@ -18,18 +18,23 @@ from pathlib import Path
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.datasets.store import FolderStore, Store, open_store
 from simbench.generation.dataset.index import index_files
-from simbench.generation.dataset.make_sequence import Order, bring, produce
+from simbench.generation.dataset.make_sequence import SequenceJob, deliver, produce
 from simbench.generation.dataset.manifest import Entries, Record, require_room
-from simbench.generation.dataset.request import Wanted, Wish
-from simbench.generation.dataset.resume import Standing, require_same, survey, tidy
-from simbench.runtime.cluster import workforce
+from simbench.generation.dataset.request import DatasetRequest, SequenceRequest
+from simbench.generation.dataset.resume import (
+    ExistingSequences,
+    find_existing,
+    require_same,
+    tidy,
+)
+from simbench.runtime.cluster import open_pool
 from simbench.runtime.code_digest import digest_of
-from simbench.runtime.limits import film_limit_s
-from simbench.runtime.locks import emptied
-from simbench.runtime.pool import Event, Job, Workforce
+from simbench.runtime.limits import generation_limit_s
+from simbench.runtime.locks import empty_folder
+from simbench.runtime.pool import Job, JobEvent, Pool
 from simbench.scenarios.achieved_dials import most_frames
 
-__all__ = ["Outcome", "produce_dataset"]
+__all__ = ["ProductionResult", "produce_dataset"]
 
 Progress = Callable[[float, float, str], None]
 
@@ -37,7 +42,7 @@ _THOUSANDTHS = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ProductionResult:
     """What came out of a production.
 
     Attributes
@@ -57,7 +62,7 @@ class Outcome:
 
 
 def produce_dataset(
-    wanted: Wanted,
+    wanted: DatasetRequest,
     place: str,
     *,
     command: str,
@@ -66,12 +71,12 @@ def produce_dataset(
     jobs: int = 1,
     cluster: str = "",
     progress: Progress | None = None,
-) -> Outcome:
+) -> ProductionResult:
     """Make all sequences of a data set that are not there yet, and its index.
 
     Parameters
     ----------
-    wanted : Wanted
+    wanted : DatasetRequest
     place : str
         Local folder or fsspec URL: new, empty, or a data set in the same layout, which
         is then added to.
@@ -91,7 +96,7 @@ def produce_dataset(
 
     Returns
     -------
-    Outcome
+    ProductionResult
 
     Raises
     ------
@@ -105,14 +110,14 @@ def produce_dataset(
     if cluster and store.is_private:
         raise DatasetError(f"{store}: the workers of a cluster cannot write there")
     require_room(store)
-    with store.claimed(), emptied(_scratch(store)) as scratch:
+    with store.locked(), empty_folder(_scratch(store)) as scratch:
         shared = store.path if isinstance(store, FolderStore) else None
         log = scratch / "workers.log"
         record = Record.begun(store, wanted, command, licence)
-        standing = survey(store, wanted)
+        standing = find_existing(store, wanted)
         if not replace:
             require_same(standing, wanted, store)
-        with workforce(jobs, cluster, scratch, log, shared) as crew:
+        with open_pool(jobs, cluster, scratch, log, shared) as crew:
             record.write()
             tidy(store)
             making = _Making(wanted, standing, store, scratch)
@@ -126,14 +131,18 @@ def produce_dataset(
         if making.lost and log.exists():  # says more than a line
             store.take({"workers.log": log})
         record.end(len(Entries(store)), making.lost)
-    return Outcome(making.made, making.kept, making.lost, making.again)
+    return ProductionResult(making.made, making.kept, making.lost, making.again)
 
 
 class _Making:
     """Which sequences wait, which are under way, and which are lost."""
 
     def __init__(
-        self, wanted: Wanted, there: Standing, store: Store, scratch: Path
+        self,
+        wanted: DatasetRequest,
+        there: ExistingSequences,
+        store: Store,
+        scratch: Path,
     ) -> None:
         self.wanted = wanted
         self.there = there
@@ -148,7 +157,7 @@ class _Making:
         self.lost: dict[str, str] = {}
         self.under_way: dict[str, float] = {}
 
-    def step(self, crew: Workforce) -> bool:
+    def step(self, crew: Pool) -> bool:
         """Give out work, wait for news and hear it; return whether anything is left."""
         while self.next is not None and crew.has_room:
             wish, self.next = self.next, next(self.waiting, None)
@@ -158,14 +167,14 @@ class _Making:
                 self.lost[wish.name] = str(error)
                 continue
             self.under_way[order.name] = 0.0
-            limit_s = film_limit_s(most_frames(order.scenario))
+            limit_s = generation_limit_s(most_frames(order.scenario))
             crew.start(Job(order, "film", produce, (order,), limit_s))
         for event in crew.events(within_s=0.5):
             self.hear(event)
         return self.next is not None or not crew.is_idle
 
-    def order(self, wish: Wish) -> Order:
-        return Order(
+    def order(self, wish: SequenceRequest) -> SequenceJob:
+        return SequenceJob(
             name=wish.name,
             key=wish.key,
             scenario=wish.recipe.scenario(wish.seed),
@@ -178,8 +187,8 @@ class _Making:
             replaces=tuple(self.there.replaced.get(wish.name, ())),
         )
 
-    def hear(self, event: Event) -> None:
-        order: Order = event.job.name
+    def hear(self, event: JobEvent) -> None:
+        order: SequenceJob = event.job.name
         if event.kind == "progress":
             self.under_way[order.name] = min(event.value / _THOUSANDTHS, 1.0)
             return
@@ -196,7 +205,7 @@ class _Making:
             self.lost[order.name] = reason
             return
         if order.left_at is not None:
-            bring(order.left_at, self.store, order)
+            deliver(order.left_at, self.store, order)
             shutil.rmtree(order.left_at)
         self.made += 1
         self.again += order.name in self.otherwise

@@ -14,7 +14,7 @@ from simbench.datasets.formats import find_format, sequence_name
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.files.recipe import Recipe
 
-__all__ = ["Batch", "Wanted", "Wish", "spread"]
+__all__ = ["Batch", "DatasetRequest", "SequenceRequest", "spread"]
 
 _LONGEST = 80
 _CODE = (
@@ -41,7 +41,7 @@ class Batch:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class SequenceRequest:
     """One sequence of a data set.
 
     Attributes
@@ -61,7 +61,7 @@ class Wish:
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class DatasetRequest:
     """All sequences of a data set.
 
     Attributes
@@ -106,14 +106,14 @@ class Wanted:
         """Return the number of sequences."""
         return sum(len(batch.seeds) for batch in self.batches)
 
-    def __iter__(self) -> Iterator[Wish]:
+    def __iter__(self) -> Iterator[SequenceRequest]:
         """Yield the sequences, scenarios in turn: a part of the data set is even."""
         layout = find_format(self.layout, self.split or None)
         columns = [self._column(batch) for batch in self.batches]
         every = (one for row in zip_longest(*columns) for one in row if one is not None)
         for position, (recipe, maker, seed) in enumerate(every):
             name = sequence_name(layout, position, f"{_plain(recipe.label)}-{seed:04d}")
-            yield Wish(name, digest_of(maker, seed)[:12], recipe, seed)
+            yield SequenceRequest(name, digest_of(maker, seed)[:12], recipe, seed)
 
     @property
     def digest(self) -> str:

@@ -9,13 +9,13 @@ from simbench.core.errors import DatasetError, ScenarioError
 from simbench.datasets.store import Store
 from simbench.generation.dataset.make_sequence import own_folders
 from simbench.generation.dataset.manifest import Entries, EntryFile
-from simbench.generation.dataset.request import Wanted
+from simbench.generation.dataset.request import DatasetRequest
 
-__all__ = ["Standing", "require_same", "survey", "tidy"]
+__all__ = ["ExistingSequences", "find_existing", "require_same", "tidy"]
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class ExistingSequences:
     """What a data set holds of the sequences that are wanted.
 
     Attributes
@@ -34,7 +34,7 @@ class Standing:
     otherwise: list[str]
 
 
-def survey(store: Store, wanted: Wanted) -> Standing:
+def find_existing(store: Store, wanted: DatasetRequest) -> ExistingSequences:
     """Read every entry of a data set, and change nothing.
 
     Raises
@@ -63,10 +63,12 @@ def survey(store: Store, wanted: Wanted) -> Standing:
             continue
         if _listed(store, file.path) is None:
             replaced.setdefault(file.name, []).append(file.path)
-    return Standing(found.keys() - again, replaced, list(otherwise))
+    return ExistingSequences(found.keys() - again, replaced, list(otherwise))
 
 
-def require_same(standing: Standing, wanted: Wanted, store: Store) -> None:
+def require_same(
+    standing: ExistingSequences, wanted: DatasetRequest, store: Store
+) -> None:
     """Refuse to make finished sequences again.
 
     Raises

@@ -7,15 +7,15 @@ import numpy as np
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.camera_path import place_points
 from simbench.scenarios.geometry.road import RoadLine
-from simbench.scenarios.schema import Road, Scenario, Stranger, told_lanes
+from simbench.scenarios.schema import Road, Scenario, Stranger, scripted_lanes
 
-__all__ = ["accompanied", "beside", "gains_on"]
+__all__ = ["add_distractors", "beside", "gains_on"]
 
 _CLOSING_MPS = 4.0
 """How much faster a double is than the target: it passes in about two seconds."""
 
 
-def accompanied(scenario: Scenario) -> Scenario:
+def add_distractors(scenario: Scenario) -> Scenario:
     """Return the story with as many doubles as its dials ask for.
 
     They come up one after the other in the lanes beside the target, evenly over the
@@ -73,7 +73,7 @@ def beside(scenario: Scenario, at_s: float, dial: str) -> tuple[int, int]:
             "vehicles can be told to drive beside the target"
         )
     lane = scenario.target.lane
-    for told_s, told in told_lanes(scenario.target):
+    for told_s, told in scripted_lanes(scenario.target):
         lane = told if told_s <= at_s else lane
     lanes = [one for one in (lane - 1, lane + 1) if 0 <= one < scenario.road.lanes]
     if not lanes:

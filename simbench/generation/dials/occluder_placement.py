@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.geometry.road import RoadLine
 
-__all__ = ["standing_places"]
+__all__ = ["candidate_places"]
 
 _SHARES = (0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05)
 """Of the way from the camera to the target, in order of preference."""
@@ -20,8 +20,8 @@ _NEAREST_M = 0.9  # to the camera
 _CLEARANCE_M = 4.7  # under a girder, what lorries need
 
 
-def standing_places(
-    rehearsal: Rehearsal, kind: str, frames: Sequence[int]
+def candidate_places(
+    rehearsal: OcclusionProbe, kind: str, frames: Sequence[int]
 ) -> list[float]:
     """Return how far from the camera an occluder stands, for each of some frames.
 
@@ -36,7 +36,7 @@ def standing_places(
     return [_distance(rehearsal, kind, frame) for frame in frames]
 
 
-def _distance(rehearsal: Rehearsal, kind: str, frame: int) -> float:
+def _distance(rehearsal: OcclusionProbe, kind: str, frame: int) -> float:
     stage = rehearsal.stage
     eye = stage.cameras[frame].position
     body = stage.trajectories.positions[frame, stage.trajectories.target]

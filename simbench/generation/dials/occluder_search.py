@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.achieved_dials import occlusions_of
 from simbench.scenarios.schema import Occluder
 
@@ -58,7 +58,11 @@ def least(
 
 
 def peak_of(
-    rehearsal: Rehearsal, occluder: Occluder, number: int, frame: int, reach: int = 1
+    rehearsal: OcclusionProbe,
+    occluder: Occluder,
+    number: int,
+    frame: int,
+    reach: int = 1,
 ) -> float:
     """Return the greatest hidden share within ``reach`` frames of a middle.
 
@@ -72,7 +76,7 @@ def peak_of(
 
 
 def lasts_of(
-    rehearsal: Rehearsal, occluder: Occluder, number: int, frame: int, peak: float
+    rehearsal: OcclusionProbe, occluder: Occluder, number: int, frame: int, peak: float
 ) -> float:
     """Return for how many frames more than half of a peak share is hidden."""
     count = len(rehearsal.boxes)
@@ -90,7 +94,7 @@ def lasts_of(
     return occlusions_of(shares).frames
 
 
-def scale_m(rehearsal: Rehearsal, occluder: Occluder, frame: int) -> float:
+def scale_m(rehearsal: OcclusionProbe, occluder: Occluder, frame: int) -> float:
     """Return how many metres at an occluder's place one pixel of the picture is."""
     camera = rehearsal.stage.cameras[frame]
     placed = rehearsal.placed([occluder])[0]

@@ -13,15 +13,15 @@ import numpy as np
 from simbench.core.box import centers
 from simbench.core.errors import ScenarioError
 from simbench.generation.dials.occluder_search import lasts_of, least, peak_of, scale_m
-from simbench.generation.dials.occlusion_timing import Event, occlusion_events
-from simbench.generation.dials.probe import Rehearsal, unseen
+from simbench.generation.dials.occlusion_timing import OcclusionEvent, occlusion_events
+from simbench.generation.dials.probe import OcclusionProbe, unseen
 from simbench.scenarios.schema import Occluder, Occlusion, Scenario
 
 __all__ = [
-    "TrafficInTheWayError",
-    "hidden_as_asked",
+    "TrafficOccludesTargetError",
     "require_alone",
     "require_clear",
+    "solve_occlusion",
 ]
 
 _CLEAR = 0.05
@@ -30,22 +30,22 @@ _WHOLE = 0.995
 _STILL = 0.05  # px a frame
 
 
-class TrafficInTheWayError(ScenarioError):
+class TrafficOccludesTargetError(ScenarioError):
     """In this draw the traffic hides the target itself; another may not.
 
     Attributes
     ----------
-    redraws : int
+    traffic_redraws : int
         Draws thrown away before this one.
     """
 
-    def __init__(self, message: str, redraws: int) -> None:
+    def __init__(self, message: str, traffic_redraws: int) -> None:
         super().__init__(message)
-        self.redraws = redraws
+        self.traffic_redraws = traffic_redraws
 
 
-def hidden_as_asked(
-    rehearsal: Rehearsal, asked: Occlusion, *, correction: float = 0.0
+def solve_occlusion(
+    rehearsal: OcclusionProbe, asked: Occlusion, *, correction: float = 0.0
 ) -> Scenario:
     """Return the story with occluders that hide its target as asked.
 
@@ -54,7 +54,7 @@ def hidden_as_asked(
 
     Parameters
     ----------
-    rehearsal : Rehearsal
+    rehearsal : OcclusionProbe
         Of the story's stage.
     asked : Occlusion
     correction : float
@@ -62,7 +62,7 @@ def hidden_as_asked(
 
     Raises
     ------
-    TrafficInTheWayError
+    TrafficOccludesTargetError
         If traffic hides the target in this draw.
     ScenarioError
         If it cannot be done; the message says what would have to give.
@@ -84,12 +84,12 @@ def hidden_as_asked(
     return scenario.model_copy(update={"occluders": (*on_map, *made)})
 
 
-def require_clear(rehearsal: Rehearsal) -> None:
+def require_clear(rehearsal: OcclusionProbe) -> None:
     """Refuse a draw of the traffic that hides the target by itself.
 
     Raises
     ------
-    TrafficInTheWayError
+    TrafficOccludesTargetError
     ScenarioError
         If the camera never sees the target at all.
     """
@@ -98,15 +98,15 @@ def require_clear(rehearsal: Rehearsal) -> None:
         raise unseen(rehearsal.stage.scenario)
     traffic = max(rehearsal.veil(int(frame)).by_traffic for frame in shown)
     if traffic > _CLEAR:
-        raise TrafficInTheWayError(
+        raise TrafficOccludesTargetError(
             f"{_name(rehearsal)}: dials.occlusion: traffic itself hides "
             f"{traffic:.2f} of the target: lower traffic.density_per_km_lane or raise "
             "the camera",
-            rehearsal.stage.trajectories.redraws,
+            rehearsal.stage.trajectories.traffic_redraws,
         )
 
 
-def require_alone(rehearsal: Rehearsal) -> None:
+def require_alone(rehearsal: OcclusionProbe) -> None:
     """Refuse a story whose own strangers hide the target beside what a dial adds.
 
     Raises
@@ -123,7 +123,7 @@ def require_alone(rehearsal: Rehearsal) -> None:
 
 
 def _as_wide(
-    rehearsal: Rehearsal, event: Event, goal: float, frames: int | None
+    rehearsal: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int | None
 ) -> Occluder:
     """Find the width that hides a share; and for whole hiding, also for how long."""
     kind, scale = event.occluder.kind, scale_m(rehearsal, event.occluder, event.frame)
@@ -171,7 +171,7 @@ def _as_wide(
 
 
 def _long_sign(
-    rehearsal: Rehearsal, event: Event, goal: float, frames: int
+    rehearsal: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int
 ) -> Occluder:
     """Find how far a sign reaches into the target's path, and how long it is.
 
@@ -242,7 +242,7 @@ def _long_sign(
     return sign
 
 
-def _course(rehearsal: Rehearsal, frame: int) -> tuple[float, float]:
+def _course(rehearsal: OcclusionProbe, frame: int) -> tuple[float, float]:
     """Return the tilt [rad] of the target's path in the picture, and its step.
 
     The step is what the target moves from frame to frame [px]; both are of the median
@@ -260,5 +260,5 @@ def _course(rehearsal: Rehearsal, frame: int) -> tuple[float, float]:
     return tilt, float(np.hypot(across, down))
 
 
-def _name(rehearsal: Rehearsal) -> str:
+def _name(rehearsal: OcclusionProbe) -> str:
     return rehearsal.stage.scenario.name

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.occluder_placement import standing_places
-from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.occluder_placement import candidate_places
+from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.schema import Occluder, Occlusion
 
-__all__ = ["Event", "middles", "occlusion_events"]
+__all__ = ["OcclusionEvent", "middles", "occlusion_events"]
 
 
-class Event(NamedTuple):
+class OcclusionEvent(NamedTuple):
     """One occlusion to make.
 
     Attributes
@@ -32,7 +32,9 @@ class Event(NamedTuple):
     number: int
 
 
-def occlusion_events(rehearsal: Rehearsal, asked: Occlusion) -> list[Event]:
+def occlusion_events(
+    rehearsal: OcclusionProbe, asked: Occlusion
+) -> list[OcclusionEvent]:
     """Say when and where each occlusion is to be, its size still open.
 
     Occluders of the story that stand on the line of sight keep their instants, where
@@ -70,7 +72,7 @@ def occlusion_events(rehearsal: Rehearsal, asked: Occlusion) -> list[Event]:
         same = by is None or all(o.kind == by for o in told)
         if same:
             return [
-                Event(occluder, frame, number)
+                OcclusionEvent(occluder, frame, number)
                 for number, (occluder, frame) in enumerate(
                     zip(told, frames, strict=True)
                 )
@@ -80,10 +82,10 @@ def occlusion_events(rehearsal: Rehearsal, asked: Occlusion) -> list[Event]:
     kind = by or (told[0].kind if told else "pole")
     if kind == "vehicle":
         raise ValueError("vehicles drive, see simbench.generation.dials.overtaking")
-    distances = standing_places(rehearsal, kind, frames)
+    distances = candidate_places(rehearsal, kind, frames)
     tall = 5.0 if kind == "tree" else 12.0
     return [
-        Event(
+        OcclusionEvent(
             Occluder(
                 kind=kind, hides_at_s=float(times[f]), distance_m=d, height_m=tall
             ),
@@ -94,12 +96,12 @@ def occlusion_events(rehearsal: Rehearsal, asked: Occlusion) -> list[Event]:
     ]
 
 
-def middles(rehearsal: Rehearsal, count: int, lasting: int | None) -> list[int]:
+def middles(rehearsal: OcclusionProbe, count: int, lasting: int | None) -> list[int]:
     """Return the frames of occlusions spread evenly, the first of them clear.
 
     Parameters
     ----------
-    rehearsal : Rehearsal
+    rehearsal : OcclusionProbe
     count : int
     lasting : int or None
         Frames that each is asked to last.

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import Vehicle, VehicleClass
 from simbench.generation.dials.distractors import beside, gains_on
-from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.highway.fleet import FLEET, PAINTS
 from simbench.scenarios.schema import Manoeuvre, Scenario, Stranger
 
-__all__ = ["overtaken"]
+__all__ = ["solve_overtaking"]
 
 _HIDERS: tuple[VehicleClass, ...] = (
     "car",
@@ -37,14 +37,18 @@ _RAMP = 2.0  # m/s^2, how told speeds change
 _COLOUR = "white"
 
 
-def overtaken(
-    rehearsal: Rehearsal, scenario: Scenario, goal: float, frames: int | None, at: int
+def solve_overtaking(
+    rehearsal: OcclusionProbe,
+    scenario: Scenario,
+    goal: float,
+    frames: int | None,
+    at: int,
 ) -> Scenario:
     """Return the story with a stranger that hides the target from the camera.
 
     Parameters
     ----------
-    rehearsal : Rehearsal
+    rehearsal : OcclusionProbe
         Of the story without strangers that hide.
     scenario : Scenario
         The story, with those added so far.
@@ -169,7 +173,7 @@ def _stranger(
     )
 
 
-def _between(rehearsal: Rehearsal, frame: int) -> int:
+def _between(rehearsal: OcclusionProbe, frame: int) -> int:
     """Return the lane beside the target's on the camera's side."""
     stage = rehearsal.stage
     body = stage.trajectories.positions[frame, stage.trajectories.target]

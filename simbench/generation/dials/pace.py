@@ -13,9 +13,9 @@ from simbench.core.errors import ScenarioError
 from simbench.generation.dials.probe import target_boxes, unseen
 from simbench.scenarios.achieved_dials import MOST_FRAMES
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 
-__all__ = ["paced"]
+__all__ = ["solve_pace"]
 
 _CLOSE = 0.03
 """Share of a dial within which it is not turned any further."""
@@ -36,7 +36,7 @@ class _Look:
     target_px: float
 
 
-def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
+def solve_pace(scenario: Scenario, seed: int, skip: int) -> Scenario:
     """Return the story with stride, frame rate and focal length such as dials ask.
 
     The story keeps its time span, so it is sampled in more frames or fewer. The height
@@ -50,7 +50,7 @@ def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
     ----------
     scenario : Scenario
     seed, skip : int
-        See `simbench.scenarios.stage.set_stage`.
+        See `simbench.scenarios.stage.build_stage`.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def paced(scenario: Scenario, seed: int, skip: int) -> Scenario:
     dials = scenario.dials
 
     def look(told: Scenario) -> _Look:
-        boxes = target_boxes(set_stage(told, seed, skip=skip))
+        boxes = target_boxes(build_stage(told, seed, skip=skip))
         moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
         if np.all(np.isnan(moves)):
             raise unseen(scenario)

@@ -29,14 +29,14 @@ from simbench.scenarios.schema import Occluder, Scenario
 from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
 
-__all__ = ["Rehearsal", "Veil", "target_boxes", "unseen"]
+__all__ = ["OcclusionProbe", "TargetCover", "target_boxes", "unseen"]
 
 _WINDOW = 96
 """Samples along each side of the window: a hidden share is exact to about 1 %."""
 
 
 @dataclass(frozen=True, slots=True)
-class Veil:
+class TargetCover:
     """What of the target is hidden in one frame.
 
     Attributes
@@ -76,7 +76,7 @@ def unseen(scenario: Scenario) -> ScenarioError:
     )
 
 
-class Rehearsal:
+class OcclusionProbe:
     """Tells what hides the target of a stage: the world as it is, or new occluders.
 
     The stage's occluders on the line of sight are left out; those on the map stay. Use
@@ -99,7 +99,7 @@ class Rehearsal:
         )
         self._world = PyrenderCamera(self._unlit, _WINDOW, _WINDOW, 1)
         self._trial = PyrenderCamera(self._bare, _WINDOW, _WINDOW, 1)
-        self._veils: dict[int, Veil] = {}
+        self._veils: dict[int, TargetCover] = {}
         told = [v.name.startswith("stranger.") for v in stage.trajectories.vehicles]
         self._strangers = scene.ids[np.array(told, dtype=np.bool_)]
 
@@ -112,7 +112,7 @@ class Rehearsal:
         self._world.close()
         self._trial.close()
 
-    def veil(self, frame: int) -> Veil:
+    def veil(self, frame: int) -> TargetCover:
         """Tell what the world hides in a frame that shows the target."""
         found = self._veils.get(frame)
         if found is None:
@@ -124,7 +124,7 @@ class Rehearsal:
                 float(np.sum(hidden & who) / max(1, alone.sum()))
                 for who in ((ids >= FIRST_VEHICLE_ID) & ~ours, ours)
             ]
-            found = self._veils[frame] = Veil(alone, hidden, *shares)
+            found = self._veils[frame] = TargetCover(alone, hidden, *shares)
         return found
 
     def hidden(
@@ -143,7 +143,7 @@ class Rehearsal:
             shape of its own.
         """
         shares = np.full(len(frames), np.nan)
-        self._trial.put_up(self._bodies(self.placed(occluders), first))
+        self._trial.load_scene(self._bodies(self.placed(occluders), first))
         for number, frame in enumerate(frames):
             if np.isnan(self.boxes[frame, 0]):
                 continue

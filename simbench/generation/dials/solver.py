@@ -6,27 +6,27 @@ import numpy as np
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.distractors import accompanied
+from simbench.generation.dials.distractors import add_distractors
 from simbench.generation.dials.occlusion import (
-    hidden_as_asked,
     require_alone,
     require_clear,
+    solve_occlusion,
 )
 from simbench.generation.dials.occlusion_timing import middles
-from simbench.generation.dials.overtaking import overtaken
-from simbench.generation.dials.pace import paced
-from simbench.generation.dials.probe import Rehearsal
+from simbench.generation.dials.overtaking import solve_overtaking
+from simbench.generation.dials.pace import solve_pace
+from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.achieved_dials import TOLERANCE, missed, occlusions_of, set_up
 from simbench.scenarios.schema import Occlusion, Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 
-__all__ = ["require_reached", "solved"]
+__all__ = ["require_reached", "solve_dials"]
 
 _LOOKS = 4
 _CLOSE = 0.025
 
 
-def solved(
+def solve_dials(
     scenario: Scenario, seed: int, *, skip: int = 0, correction: float = 0.0
 ) -> Scenario:
     """Return the story with causes for what its dials ask.
@@ -40,7 +40,7 @@ def solved(
     ----------
     scenario : Scenario
     seed, skip : int
-        See `simbench.scenarios.stage.set_stage`.
+        See `simbench.scenarios.stage.build_stage`.
     correction : float
         Added to the hidden share that is aimed at, where an earlier film missed it.
 
@@ -55,7 +55,7 @@ def solved(
         If the dials cannot be reached together; the message names the conflict.
     """
     try:
-        return _solved(scenario, seed, skip, correction)
+        return _solve(scenario, seed, skip, correction)
     except ValidationError as error:  # a cause that no scenario may have
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
@@ -65,18 +65,18 @@ def solved(
         ) from None
 
 
-def _solved(scenario: Scenario, seed: int, skip: int, correction: float) -> Scenario:
-    ready = paced(set_up(scenario), seed, skip)
-    ready = accompanied(ready)
+def _solve(scenario: Scenario, seed: int, skip: int, correction: float) -> Scenario:
+    ready = solve_pace(set_up(scenario), seed, skip)
+    ready = add_distractors(ready)
     asked = ready.dials.occlusion
     if asked is None:
         return ready
-    with Rehearsal(set_stage(ready, seed, skip=skip)) as rehearsal:
+    with OcclusionProbe(build_stage(ready, seed, skip=skip)) as rehearsal:
         require_clear(rehearsal)  # whatever is asked: all values share their traffic
         if asked.by is None and correction == 0.0 and _is_hidden(ready, rehearsal):
             return ready
         if asked.by != "vehicle":
-            return hidden_as_asked(rehearsal, asked, correction=correction)
+            return solve_occlusion(rehearsal, asked, correction=correction)
     return _overtaken(ready, asked, seed, skip, correction)
 
 
@@ -89,7 +89,7 @@ def _overtaken(
     count = 1 if asked.count is None else asked.count
     on_map = tuple(o for o in scenario.occluders if o.hides_at_s is None)
     scenario = scenario.model_copy(update={"occluders": on_map})
-    with Rehearsal(set_stage(scenario, seed, skip=skip)) as rehearsal:
+    with OcclusionProbe(build_stage(scenario, seed, skip=skip)) as rehearsal:
         require_alone(rehearsal)
         if goal == 0.0:
             return scenario
@@ -98,8 +98,8 @@ def _overtaken(
             aim = min(1.0, max(0.02, wanted + shift))
             told = scenario
             for at in middles(rehearsal, count, asked.frames):
-                told = overtaken(rehearsal, told, aim, asked.frames, at)
-            with Rehearsal(set_stage(told, seed, skip=skip)) as driven:
+                told = solve_overtaking(rehearsal, told, aim, asked.frames, at)
+            with OcclusionProbe(build_stage(told, seed, skip=skip)) as driven:
                 found = occlusions_of(driven.hidden([], range(len(driven.boxes))))
             off = abs(found.peak - wanted)
             if off < least:
@@ -110,7 +110,7 @@ def _overtaken(
     return best
 
 
-def _is_hidden(scenario: Scenario, rehearsal: Rehearsal) -> bool:
+def _is_hidden(scenario: Scenario, rehearsal: OcclusionProbe) -> bool:
     """Tell whether the story as written has the occlusions asked for."""
     sighted = [o for o in scenario.occluders if o.hides_at_s is not None]
     hidden = rehearsal.hidden(sighted, range(len(rehearsal.boxes)))

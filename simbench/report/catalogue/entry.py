@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from simbench.core.box import centers
 from simbench.core.errors import ScenarioError, SimbenchError
-from simbench.generation.attempts import film_in_view
-from simbench.generation.dials.probe import Rehearsal
-from simbench.render.render_frames import film
-from simbench.report.pictures import Still, data_uri, seen
-from simbench.runtime.pool import Report
+from simbench.generation.attempts import render_in_view
+from simbench.generation.dials.probe import OcclusionProbe
+from simbench.render.render_frames import render_frames
+from simbench.report.pictures import Snapshot, data_uri, seen
+from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.achieved_dials import occlusions_of
-from simbench.scenarios.files.loading import raw_scenario
+from simbench.scenarios.files.loading import read_raw_scenario
 from simbench.scenarios.files.recipe import load_recipe
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 
-__all__ = ["Entry", "Wish", "look_at"]
+__all__ = ["Entry", "EntryRequest", "look_at"]
 
 _WIDTH = 480
 _QUALITY = 80
@@ -34,7 +34,7 @@ _TRAJECTORY_ROWS = ("times", "positions", "headings", "pitches", "speeds", "lane
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class EntryRequest:
     """A scenario to show.
 
     Attributes
@@ -54,7 +54,7 @@ class Wish:
     seed: int
 
     @classmethod
-    def drawn(cls, source: str, seed: int) -> Wish:
+    def drawn(cls, source: str, seed: int) -> EntryRequest:
         """Return the wish to see what a seed draws.
 
         Raises
@@ -62,7 +62,7 @@ class Wish:
         ScenarioError
             If there is no such scenario, or its file cannot be read.
         """
-        content = raw_scenario(source)
+        content = read_raw_scenario(source)
         try:
             return cls(source, content, load_recipe(source).scenario(seed), seed)
         except ScenarioError as error:
@@ -80,8 +80,8 @@ class Entry:
 
     Attributes
     ----------
-    wish : Wish
-    stills : tuple of Still
+    wish : EntryRequest
+    stills : tuple of Snapshot
         The first frame, the most hidden or else the middle one, and the last. Empty
         where it could not be filmed.
     achieved : mapping from str to float
@@ -91,18 +91,18 @@ class Entry:
         One line that says why it could not be filmed; empty where it was.
     """
 
-    wish: Wish
-    stills: tuple[Still, ...] = ()
+    wish: EntryRequest
+    stills: tuple[Snapshot, ...] = ()
     achieved: Mapping[str, float] = field(default_factory=dict)
     problem: str = ""
 
 
-def look_at(wish: Wish, report: Report) -> Entry:
+def look_at(wish: EntryRequest, report: ReportProgress) -> Entry:
     """Film the frames that the catalogue shows of a scenario, and no others.
 
     Parameters
     ----------
-    wish : Wish
+    wish : EntryRequest
     report : callable of (done, total)
 
     Returns
@@ -126,14 +126,14 @@ def look_at(wish: Wish, report: Report) -> Entry:
 
 def _in_view(scenario: Scenario, seed: int) -> Stage:
     """Return the whole stage whose first frame shows the target, as for a sequence."""
-    first, _ = film_in_view(scenario, seed, lambda *_: None, frames=1)
-    return set_stage(first.scenario, seed, skip=first.trajectories.redraws)
+    first, _ = render_in_view(scenario, seed, lambda *_: None, frames=1)
+    return build_stage(first.scenario, seed, skip=first.trajectories.traffic_redraws)
 
 
 def _rehearsed(stage: Stage) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the target's boxes, (T, 4) px, and its hidden share, (T,)."""
     sighted = [o for o in stage.scenario.occluders if o.hides_at_s is not None]
-    with Rehearsal(stage) as rehearsal:
+    with OcclusionProbe(stage) as rehearsal:
         frames = range(len(rehearsal.boxes))
         return rehearsal.boxes, rehearsal.hidden(sighted, frames)
 
@@ -149,7 +149,7 @@ def _chosen(boxes: NDArray[np.float64], hidden: NDArray[np.float64]) -> dict[str
     return {"First": int(present[0])} | middle | {"Last": int(present[-1])}
 
 
-def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Still, ...]:
+def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Snapshot, ...]:
     wanted = set(chosen.values())
     frames = sorted({0} | {n for one in wanted for n in _lead_in(stage, one)})
     images: dict[int, NDArray[np.uint8]] = {}
@@ -158,7 +158,7 @@ def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Still, ...]:
         if frames[index] in wanted:
             images[frames[index]] = image.copy()
 
-    truth = film(_only(stage, frames), keep)
+    truth = render_frames(_only(stage, frames), keep)
     stills = []
     for title, frame in chosen.items():
         row = frames.index(frame)
@@ -169,7 +169,7 @@ def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Still, ...]:
         time_s = stage.trajectories.times[frame]
         image = images[frame]
         stills.append(
-            Still(
+            Snapshot(
                 source=data_uri(image, _WIDTH, _QUALITY),
                 width=image.shape[1],
                 height=image.shape[0],

@@ -7,15 +7,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from simbench.report.catalogue.entry import Entry, Wish, look_at
-from simbench.runtime.limits import environment, film_limit_s
-from simbench.runtime.pool import Crew, Job
+from simbench.report.catalogue.entry import Entry, EntryRequest, look_at
+from simbench.runtime.limits import environment, generation_limit_s
+from simbench.runtime.pool import Job, WorkerPool
 
-__all__ = ["look_at_all"]
+__all__ = ["make_entries"]
 
 
-def look_at_all(
-    wishes: Sequence[Wish],
+def make_entries(
+    wishes: Sequence[EntryRequest],
     *,
     jobs: int = 1,
     progress: Callable[[float, float, str], None] | None = None,
@@ -24,7 +24,7 @@ def look_at_all(
 
     Parameters
     ----------
-    wishes : sequence of Wish
+    wishes : sequence of EntryRequest
     jobs : int
         Processes at a time.
     progress : callable of (done, total, what), optional
@@ -41,11 +41,11 @@ def look_at_all(
     with tempfile.TemporaryDirectory(prefix="simbench-catalogue-") as temporary:
         scratch = Path(temporary)
         log = scratch / "workers.log"
-        with Crew(jobs, environment(jobs, scratch), log) as crew:
+        with WorkerPool(jobs, environment(jobs, scratch), log) as crew:
             while waiting or not crew.is_idle:
                 while waiting and crew.has_room:
                     number = waiting.popleft()
-                    limit_s = film_limit_s(wishes[number].frames)
+                    limit_s = generation_limit_s(wishes[number].frames)
                     arguments = (wishes[number],)
                     crew.start(Job(number, "film", look_at, arguments, limit_s))
                 for event in crew.events(within_s=0.5):

@@ -11,7 +11,7 @@ import jinja2
 
 import simbench.report
 from simbench import __version__
-from simbench.core.atomic_write import written_whole
+from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.report.catalogue.entry import Entry
 from simbench.report.catalogue.text import dial_rows, facts
@@ -58,7 +58,7 @@ def write_catalogue(
         ],
     )
     try:
-        with written_whole(out) as partial:
+        with atomic_write(out) as partial:
             partial.write_text(html, encoding="utf-8")
     except OSError as error:
         raise DatasetError(f"{out}: cannot be written: {error.strerror}") from None

@@ -14,22 +14,22 @@ import pytest
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.datasets.store import FolderStore
 from simbench.generation.dataset import make_sequence as one_sequence
-from simbench.generation.dataset.make_sequence import Order, bring, produce
-from simbench.generation.dataset.request import Wanted, spread
-from simbench.generation.dataset.resume import survey, tidy
+from simbench.generation.dataset.make_sequence import SequenceJob, deliver, produce
+from simbench.generation.dataset.request import DatasetRequest, spread
+from simbench.generation.dataset.resume import find_existing, tidy
 from tests.datasets.entries import KEY, put_entry, put_file
 from tests.generation.dataset.small_recipe import small_recipe
 
-WANTED = Wanted(spread([small_recipe()], 1), "got10k")
+WANTED = DatasetRequest(spread([small_recipe()], 1), "got10k")
 (WISH,) = WANTED
 PICTURE = f"val/{WISH.name}/1.jpg"
 TRUTH = f"truth/{WISH.name}/boxes"
 
 
-def order(place: Path, *replaces: str) -> Order:
+def order(place: Path, *replaces: str) -> SequenceJob:
     scenario = WISH.recipe.scenario(WISH.seed)
     how = "got10k", "", ()
-    return Order(
+    return SequenceJob(
         WISH.name, WISH.key, scenario, WISH.seed, *how, str(place), replaces=replaces
     )
 
@@ -57,7 +57,7 @@ def files(store: FolderStore) -> set[str]:
 
 
 def test_entry_tells_the_bytes_of_every_file(made: Path, store: FolderStore) -> None:
-    bring(made, store, order(store.path))
+    deliver(made, store, order(store.path))
     (entry,) = (json.loads(p.read_text()) for p in store.path.glob("entries/*.json"))
     assert entry["files"] == [TRUTH, PICTURE]
     assert entry["bytes"] == 6
@@ -71,7 +71,7 @@ def test_files_of_a_list_that_was_cut_off_go_though_nothing_speaks_of_them(
     put_file(store.path, f"val/{WISH.name}/2.jpg", "of a longer one, long ago")
     put_file(store.path, "val/small-0001/2.jpg", "of another one")
     part = put_file(store.path, f"entries/{WISH.name}.{WISH.key}.part", "")
-    bring(made, store, order(store.path, part))
+    deliver(made, store, order(store.path, part))
     entry = f"entries/{WISH.name}.{WISH.key}.json"
     assert files(store) == {PICTURE, TRUTH, entry, "val/small-0001/2.jpg"}
 
@@ -81,7 +81,7 @@ def test_work_that_another_one_did_is_left_alone(
 ) -> None:
     put_entry(store.path, WISH.name, WISH.key)
     put_file(store.path, PICTURE, "of the one that was faster")
-    bring(made, store, order(store.path))
+    deliver(made, store, order(store.path))
     assert (store.path / PICTURE).read_text() == "of the one that was faster"
     assert not (store.path / TRUTH).exists()
 
@@ -128,7 +128,7 @@ def test_sequence_is_old_or_new_or_gone_whenever_the_process_is_killed(
     if old_entry:
         put_file(store.path, old, "old")
     try:
-        bring(made, Dying(store.path, after), order(store.path, *old_entry))
+        deliver(made, Dying(store.path, after), order(store.path, *old_entry))
     except Killed:
         tidy(store)
     entry = f"entries/{WISH.name}.{WISH.key}.json"
@@ -138,7 +138,7 @@ def test_sequence_is_old_or_new_or_gone_whenever_the_process_is_killed(
         set(),
     )
     is_new = (store.path / PICTURE).exists()
-    assert (survey(store, WANTED).finished == {WISH.name}) == is_new
+    assert (find_existing(store, WANTED).finished == {WISH.name}) == is_new
 
 
 def _fails(error: Exception) -> None:

@@ -11,7 +11,7 @@ from simbench.core.errors import DatasetError
 from simbench.datasets.store import FolderStore
 from simbench.generation.dataset.manifest import Entries, Record, read_record
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Wanted, spread
+from simbench.generation.dataset.request import DatasetRequest, spread
 from tests.datasets.entries import KEY, put_entry
 from tests.generation.dataset.small_recipe import small_recipe
 
@@ -20,20 +20,24 @@ from tests.generation.dataset.small_recipe import small_recipe
     ("other", "words"),
     [
         pytest.param(
-            Wanted(spread([small_recipe()], 1), "vot"),
+            DatasetRequest(spread([small_recipe()], 1), "vot"),
             "format 'otb', asked for 'vot'",
             id="format",
         ),
         pytest.param(
-            Wanted(spread([small_recipe()], 2), "otb"), "another command", id="otb"
+            DatasetRequest(spread([small_recipe()], 2), "otb"),
+            "another command",
+            id="otb",
         ),
     ],
 )
 def test_data_set_that_cannot_be_added_to_is_left_alone(
-    tmp_path: Path, other: Wanted, words: str
+    tmp_path: Path, other: DatasetRequest, words: str
 ) -> None:
     store = FolderStore(tmp_path)
-    Record.begun(store, Wanted(spread([small_recipe()], 1), "otb"), "first").write()
+    Record.begun(
+        store, DatasetRequest(spread([small_recipe()], 1), "otb"), "first"
+    ).write()
     with pytest.raises(DatasetError, match=words):
         Record.begun(store, other, "second")
 
@@ -63,13 +67,15 @@ def test_damaged_record_is_refused_in_one_line(
 ) -> None:
     (tmp_path / "dataset.json").write_text(text)
     with pytest.raises(DatasetError, match=rf"dataset\.json: {words}") as caught:
-        produce_dataset(Wanted(spread([small_recipe()], 1)), str(tmp_path), command="x")
+        produce_dataset(
+            DatasetRequest(spread([small_recipe()], 1)), str(tmp_path), command="x"
+        )
     assert "\n" not in str(caught.value)
 
 
 def test_licence_stays_until_another_is_declared(tmp_path: Path) -> None:
     store = FolderStore(tmp_path)
-    wanted = Wanted(spread([small_recipe()], 1))
+    wanted = DatasetRequest(spread([small_recipe()], 1))
     for declared, kept in (("", ""), ("CC0", "CC0"), ("", "CC0"), ("MIT", "MIT")):
         Record.begun(store, wanted, "x", declared).write()
         assert read_record(store)["licence"] == kept

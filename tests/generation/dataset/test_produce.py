@@ -19,8 +19,12 @@ from simbench.datasets.native import read_sequence
 from simbench.datasets.store import FolderStore, open_store
 from simbench.generation.dataset.make_sequence import ENTRIES
 from simbench.generation.dataset.manifest import Entries, read_record
-from simbench.generation.dataset.produce import Outcome, _scratch, produce_dataset
-from simbench.generation.dataset.request import Batch, Wanted, spread
+from simbench.generation.dataset.produce import (
+    ProductionResult,
+    _scratch,
+    produce_dataset,
+)
+from simbench.generation.dataset.request import Batch, DatasetRequest, spread
 from simbench.generation.generate import generate
 from simbench.scenarios.files.recipe import Recipe
 from tests.blind_scenario import blind_smoke
@@ -29,7 +33,9 @@ from tests.generation.dataset.small_recipe import small_recipe
 ROOT = Path(__file__).parents[3]
 
 
-def produced(wanted: Wanted, out: Path | str, jobs: int = 1) -> Outcome:
+def produced(
+    wanted: DatasetRequest, out: Path | str, jobs: int = 1
+) -> ProductionResult:
     return produce_dataset(wanted, str(out), command="as typed", jobs=jobs)
 
 
@@ -43,15 +49,15 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def wanted() -> Wanted:
+def wanted() -> DatasetRequest:
     drawn = small_recipe("drawn", target={"lane": {"choice": [0, 1]}, "along_m": 40})
-    return Wanted(spread([small_recipe(), drawn], 3), "got10k")
+    return DatasetRequest(spread([small_recipe(), drawn], 3), "got10k")
 
 
 @pytest.fixture(scope="module")
-def made(wanted: Wanted, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(wanted: DatasetRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("made") / "out"
-    assert produced(wanted, out) == Outcome(made=3, kept=0, lost={})
+    assert produced(wanted, out) == ProductionResult(made=3, kept=0, lost={})
     return out
 
 
@@ -61,7 +67,7 @@ class TestDataset:
     """One that was made without a hitch."""
 
     def test_holds_what_generating_and_writing_each_by_itself_gives(
-        self, made: Path, wanted: Wanted, tmp_path: Path
+        self, made: Path, wanted: DatasetRequest, tmp_path: Path
     ) -> None:
         for wish in wanted:
             sequence = generate(wish.recipe.scenario(wish.seed), wish.seed)
@@ -76,7 +82,7 @@ class TestDataset:
         assert {path.name for path in (made / "truth").iterdir()} == set(names)
 
     def test_says_what_is_in_it_and_how_to_make_it_again(
-        self, made: Path, wanted: Wanted
+        self, made: Path, wanted: DatasetRequest
     ) -> None:
         record = read_record(FolderStore(made))
         assert (record["format"], record["sequences"]) == ("got10k", 3)
@@ -90,7 +96,7 @@ class TestDataset:
         assert json.loads((made / "card.json").read_text())["sequences"] == 3
 
     def test_entry_holds_scenario_seed_digests_and_files(
-        self, made: Path, wanted: Wanted
+        self, made: Path, wanted: DatasetRequest
     ) -> None:
         entries = {entry["name"]: entry for entry in Entries(FolderStore(made))}
         for wish in wanted:
@@ -108,15 +114,15 @@ class TestDataset:
         assert names == {"val", "truth", "entries"} | beside
 
     def test_is_the_same_bytes_from_two_processes_in_another_order(
-        self, made: Path, wanted: Wanted, tmp_path: Path
+        self, made: Path, wanted: DatasetRequest, tmp_path: Path
     ) -> None:
         out = tmp_path / "out"
-        turned = Wanted(tuple(reversed(wanted.batches)), "got10k")
+        turned = DatasetRequest(tuple(reversed(wanted.batches)), "got10k")
         assert produced(turned, out, jobs=2).made == 3
         assert content(out) == content(made)
 
     def test_is_the_same_bytes_in_memory(
-        self, made: Path, wanted: Wanted, tmp_path: Path
+        self, made: Path, wanted: DatasetRequest, tmp_path: Path
     ) -> None:
         produced(wanted, "memory://production")
         memory = fsspec.filesystem("memory")
@@ -125,9 +131,11 @@ class TestDataset:
         memory.rm("/production", recursive=True)
         assert content(tmp_path / "production") == content(made)
 
-    def test_asked_for_again_is_left_alone(self, made: Path, wanted: Wanted) -> None:
+    def test_asked_for_again_is_left_alone(
+        self, made: Path, wanted: DatasetRequest
+    ) -> None:
         before = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
-        assert produced(wanted, made) == Outcome(made=0, kept=3, lost={})
+        assert produced(wanted, made) == ProductionResult(made=0, kept=3, lost={})
         after = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
         assert before == after
         assert len(read_record(FolderStore(made))["productions"]) == 1
@@ -141,14 +149,14 @@ def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
 ) -> None:
     out = tmp_path / "out"
     first = [small_recipe("longer", frames=3), small_recipe("same")]
-    assert produced(Wanted(spread(first, 2)), out) == Outcome(2, 0, {})
+    assert produced(DatasetRequest(spread(first, 2)), out) == ProductionResult(2, 0, {})
     then = [small_recipe("longer"), small_recipe("same"), small_recipe("new")]
     with pytest.raises(DatasetError, match="longer-0000 was made from another"):
-        produced(Wanted(spread(then, 3)), out)
+        produced(DatasetRequest(spread(then, 3)), out)
     outcome = produce_dataset(
-        Wanted(spread(then, 3)), str(out), command="then", replace=True
+        DatasetRequest(spread(then, 3)), str(out), command="then", replace=True
     )
-    assert outcome == Outcome(made=2, kept=1, lost={}, again=1)
+    assert outcome == ProductionResult(made=2, kept=1, lost={}, again=1)
     names = ["longer-0000", "new-0000", "same-0000"]
     assert (out / "list.txt").read_text().split() == names
     assert len(read_sequence(out / "longer-0000")) == 2
@@ -170,7 +178,7 @@ def test_sequence_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None:
         Batch(drawn, (1, 2)),  # which draw lanes 0 and 4
         Batch(small_recipe("good"), (0,)),
     )
-    outcome = produced(Wanted(batches), tmp_path / "out")
+    outcome = produced(DatasetRequest(batches), tmp_path / "out")
     assert "target" in outcome.lost.pop("blind-0000")
     assert list(outcome.lost) == ["drawn-0002"]
     assert "below road.lanes = 2, got 4" in outcome.lost["drawn-0002"]
@@ -191,7 +199,7 @@ def test_place_that_fails_stops_the_production_in_one_line(tmp_path: Path) -> No
         )
     )
     with pytest.raises(DatasetError, match="truth") as caught:
-        produced(Wanted(spread([small_recipe()], 3)), tmp_path / "out")
+        produced(DatasetRequest(spread([small_recipe()], 3)), tmp_path / "out")
     assert "\n" not in str(caught.value)
 
 
@@ -206,9 +214,9 @@ import sys
 sys.path.insert(0, {str(ROOT)!r})
 from tests.generation.dataset.small_recipe import small_recipe
 from tests.generation.dataset.test_produce import produced
-from simbench.generation.dataset.request import Wanted, spread
+from simbench.generation.dataset.request import DatasetRequest, spread
 if __name__ == "__main__":
-    produced(Wanted(spread([small_recipe(frames=8)], 4)), {str(out)!r})
+    produced(DatasetRequest(spread([small_recipe(frames=8)], 4)), {str(out)!r})
 """)
     with subprocess.Popen([sys.executable, script]) as process:
         limit = time.monotonic() + 200
@@ -229,15 +237,15 @@ if __name__ == "__main__":
 
 
 def test_second_production_at_one_place_is_refused(tmp_path: Path) -> None:
-    with FolderStore(tmp_path / "out").claimed():
+    with FolderStore(tmp_path / "out").locked():
         with pytest.raises(DatasetError, match="another run is writing here"):
-            produced(Wanted(spread([small_recipe()], 1)), tmp_path / "out")
+            produced(DatasetRequest(spread([small_recipe()], 1)), tmp_path / "out")
 
 
 def test_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("all of it")
     with pytest.raises(DatasetError, match="found other files"):
-        produced(Wanted(spread([small_recipe()], 1)), tmp_path)
+        produced(DatasetRequest(spread([small_recipe()], 1)), tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
@@ -249,6 +257,6 @@ def test_productions_in_memory_have_temporary_files_of_their_own() -> None:
 
 
 def test_memory_is_refused_to_a_cluster() -> None:
-    wanted = Wanted(spread([small_recipe()], 1))
+    wanted = DatasetRequest(spread([small_recipe()], 1))
     with pytest.raises(DatasetError, match="workers of a cluster cannot write there"):
         produce_dataset(wanted, "memory://out", command="", cluster="tcp://127.0.0.1:1")

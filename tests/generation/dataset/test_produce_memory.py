@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from simbench.core.sequence import Sequence
-from simbench.generation.dataset.make_sequence import Order, produce
+from simbench.generation.dataset.make_sequence import SequenceJob, produce
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Wanted, spread
+from simbench.generation.dataset.request import DatasetRequest, spread
 from tests.generation.dataset.small_recipe import small_recipe
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl, pytest.mark.sumo]
@@ -44,7 +44,7 @@ def test_memory_and_disk_stay_flat_over_many_sequences(tmp_path: Path) -> None:
         lying_about.append(len(list(films)))
 
     imaging = {"width_px": 640, "height_px": 480, "samples": 1}
-    wanted = Wanted(spread([small_recipe(imaging=imaging)], COUNT), "got10k")
+    wanted = DatasetRequest(spread([small_recipe(imaging=imaging)], COUNT), "got10k")
     assert (
         produce_dataset(
             wanted, str(tmp_path / "out"), command="x", jobs=2, progress=note
@@ -61,9 +61,9 @@ def test_memory_and_disk_stay_flat_over_many_sequences(tmp_path: Path) -> None:
 
 def test_sequence_that_was_brought_to_its_place_is_forgotten(tmp_path: Path) -> None:
     there = _sequence_count()
-    for wish in Wanted(spread([small_recipe()], 2)):
+    for wish in DatasetRequest(spread([small_recipe()], 2)):
         how = wish.recipe.scenario(wish.seed), wish.seed, "native", "", ()
-        order = Order(wish.name, wish.key, *how, str(tmp_path / "out"))
+        order = SequenceJob(wish.name, wish.key, *how, str(tmp_path / "out"))
         assert produce(order, lambda *_: None) == ("made", "")
     assert _sequence_count() == there
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simbench.core.errors import SimbenchError
-from simbench.generation.dataset.request import Batch, Wanted, spread
+from simbench.generation.dataset.request import Batch, DatasetRequest, spread
 from simbench.scenarios.files.recipe import Recipe
 from simbench.scenarios.schema.sumo_config import placed
 from tests.generation.dataset.small_recipe import small_recipe
@@ -35,13 +35,13 @@ def test_spread_is_whole_and_even(count: int, kinds: int) -> None:
 
 
 def test_scenarios_take_turns() -> None:
-    wanted = Wanted(spread([ONE, TWO], 3))
+    wanted = DatasetRequest(spread([ONE, TWO], 3))
     assert [wish.name for wish in wanted] == ["one-0000", "two-0000", "one-0001"]
     assert len(wanted) == 3
 
 
 def test_layout_may_give_names_of_its_own() -> None:
-    names = [wish.name for wish in Wanted(spread([ONE], 3), "otb")]
+    names = [wish.name for wish in DatasetRequest(spread([ONE], 3), "otb")]
     assert len(set(names)) == 3
     assert "one-0000" not in names
 
@@ -51,14 +51,14 @@ def test_key_follows_all_that_makes_a_sequence() -> None:
     keys = [
         next(iter(wanted)).key
         for wanted in (
-            Wanted(spread([ONE], 1)),
-            Wanted(spread([ONE], 1, first_seed=1)),
-            Wanted(spread([ONE.shortened(1)], 1)),
-            Wanted(spread([frames], 1)),
-            Wanted(spread([ONE], 1), "vot"),
-            Wanted(spread([ONE], 1), "got10k"),
-            Wanted(spread([ONE], 1), "got10k", "train"),
-            Wanted(spread([ONE], 1), "got10k", channels=("depth",)),
+            DatasetRequest(spread([ONE], 1)),
+            DatasetRequest(spread([ONE], 1, first_seed=1)),
+            DatasetRequest(spread([ONE.shortened(1)], 1)),
+            DatasetRequest(spread([frames], 1)),
+            DatasetRequest(spread([ONE], 1), "vot"),
+            DatasetRequest(spread([ONE], 1), "got10k"),
+            DatasetRequest(spread([ONE], 1), "got10k", "train"),
+            DatasetRequest(spread([ONE], 1), "got10k", channels=("depth",)),
         )
     ]
     assert max(Counter(keys).values()) == 1
@@ -66,7 +66,7 @@ def test_key_follows_all_that_makes_a_sequence() -> None:
 
 def _key_on(road: dict[str, Any]) -> str:
     content = dict(ONE.content) | {"road": road}
-    return next(iter(Wanted(spread([Recipe(content, "one.yaml")], 1)))).key
+    return next(iter(DatasetRequest(spread([Recipe(content, "one.yaml")], 1)))).key
 
 
 @pytest.mark.parametrize(
@@ -100,14 +100,14 @@ def test_key_follows_what_files_hold_and_not_where_they_lie(
 
 
 def test_key_is_the_same_whatever_else_is_asked() -> None:
-    few = {wish.name: wish.key for wish in Wanted(spread([ONE], 2))}
-    many = {wish.name: wish.key for wish in Wanted(spread([TWO, ONE], 9))}
+    few = {wish.name: wish.key for wish in DatasetRequest(spread([ONE], 2))}
+    many = {wish.name: wish.key for wish in DatasetRequest(spread([TWO, ONE], 9))}
     assert few.items() <= many.items()
 
 
 def test_variant_is_part_of_a_name_that_any_table_can_hold() -> None:
     recipe = small_recipe("one", variant="noise=0.1, far")
-    (wish,) = Wanted(spread([recipe], 1))
+    (wish,) = DatasetRequest(spread([recipe], 1))
     assert wish.name == "one-noise-0-1-far-0000"
 
 
@@ -124,4 +124,4 @@ def test_what_cannot_be_a_data_set_is_refused_in_one_line(
     batches: tuple[Batch, ...], layout: str, words: str
 ) -> None:
     with pytest.raises(SimbenchError, match=words):
-        Wanted(batches, layout)
+        DatasetRequest(batches, layout)

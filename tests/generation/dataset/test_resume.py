@@ -12,13 +12,18 @@ import pytest
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import FolderStore
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Wanted, spread
-from simbench.generation.dataset.resume import Standing, require_same, survey, tidy
+from simbench.generation.dataset.request import DatasetRequest, spread
+from simbench.generation.dataset.resume import (
+    ExistingSequences,
+    find_existing,
+    require_same,
+    tidy,
+)
 from simbench.scenarios.files.recipe import Recipe
 from tests.datasets.entries import KEY, put_entry, put_file
 from tests.generation.dataset.small_recipe import small_recipe
 
-WANTED = Wanted(spread([small_recipe()], 2))
+WANTED = DatasetRequest(spread([small_recipe()], 2))
 KEYS = {wish.name: wish.key for wish in WANTED}
 FIRST = KEYS["small-0000"]
 
@@ -29,7 +34,7 @@ class TestSurvey:
     def test_finds_what_is_whole_made_otherwise_and_damaged(
         self, tmp_path: Path
     ) -> None:
-        wanted = Wanted(spread([small_recipe()], 4))
+        wanted = DatasetRequest(spread([small_recipe()], 4))
         keys = {wish.name: wish.key for wish in wanted}
         put_entry(tmp_path, "small-0000", keys["small-0000"])
         put_entry(tmp_path, "other-0000")
@@ -37,12 +42,12 @@ class TestSurvey:
         damaged = f"entries/small-0002.{keys['small-0002']}.json"
         put_file(tmp_path, damaged, "")  # as a dying machine may leave it
         replaced = {"small-0001": [stale], "small-0002": [damaged]}
-        found = survey(FolderStore(tmp_path), wanted)
-        assert found == Standing({"small-0000"}, replaced, ["small-0001"])
+        found = find_existing(FolderStore(tmp_path), wanted)
+        assert found == ExistingSequences({"small-0000"}, replaced, ["small-0001"])
 
     def test_makes_a_sequence_with_two_entries_again(self, tmp_path: Path) -> None:
         both = {put_entry(tmp_path, "small-0000", key) for key in (KEY, FIRST)}
-        found = survey(FolderStore(tmp_path), WANTED)
+        found = find_existing(FolderStore(tmp_path), WANTED)
         assert found.finished == set()
         assert set(found.replaced["small-0000"]) == both
 
@@ -51,7 +56,7 @@ class TestSurvey:
     ) -> None:
         put_file(tmp_path, f"entries/other-0000.{KEY}.json", '{"name": "x"}')
         with pytest.raises(DatasetError, match=r"other-0000.*: key: Field required"):
-            survey(FolderStore(tmp_path), WANTED)
+            find_existing(FolderStore(tmp_path), WANTED)
 
 
 class TestRefusal:
@@ -71,7 +76,7 @@ class TestRefusal:
             told = recipe.scenario(seed).model_dump(mode="json")
             put_entry(tmp_path, name, seed=seed, scenario=told)
         store = FolderStore(tmp_path)
-        standing = survey(store, WANTED)
+        standing = find_existing(store, WANTED)
         words = f"2 finished .* small-0000 was made {how}.*: say --replace"
         with pytest.raises(DatasetError, match=words) as caught:
             require_same(standing, WANTED, store)
@@ -93,7 +98,7 @@ class TestRefusal:
         put_entry(tmp_path, "small-0000", FIRST)
         put_file(tmp_path, f"entries/small-0001.{KEYS['small-0001']}.json", "")
         store = FolderStore(tmp_path)
-        require_same(survey(store, WANTED), WANTED, store)
+        require_same(find_existing(store, WANTED), WANTED, store)
 
 
 class TestTidying:
@@ -129,7 +134,9 @@ class TestTidying:
         part = put_file(tmp_path, f"entries/small-0000.{FIRST}.part", listed)
         store = FolderStore(tmp_path)
         tidy(store)
-        assert survey(store, WANTED) == Standing(set(), {"small-0000": [part]}, [])
+        assert find_existing(store, WANTED) == ExistingSequences(
+            set(), {"small-0000": [part]}, []
+        )
 
     @pytest.mark.parametrize("key", [KEY, FIRST])
     def test_keeps_a_sequence_that_is_whole_or_not_yet_replaced(

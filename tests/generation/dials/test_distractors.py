@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.distractors import accompanied
+from simbench.generation.dials.distractors import add_distractors
 from tests.generation.dials.roadside import roadside
 
 
@@ -24,13 +24,13 @@ def test_the_first_double_passes_behind_the_target(
     place = {"along_m": 12, "lateral_m": lateral_m, "height_m": 4}
     camera = roadside().camera.model_dump() | {"position": place}
     asked = roadside(camera=camera).with_dials({"distractors.count": 3})
-    assert [double.lane for double in accompanied(asked).strangers] == lanes
+    assert [double.lane for double in add_distractors(asked).strangers] == lanes
 
 
 def test_a_target_at_the_edge_has_doubles_on_its_one_side() -> None:
     target: dict[str, Any] = {"lane": 0, "along_m": 0, "speed_mps": 15}
     asked = roadside(target=target).with_dials({"distractors.count": 2})
-    assert [double.lane for double in accompanied(asked).strangers] == [1, 1]
+    assert [double.lane for double in add_distractors(asked).strangers] == [1, 1]
 
 
 def test_without_a_lane_beside_the_target_none_can_pass() -> None:
@@ -38,7 +38,7 @@ def test_without_a_lane_beside_the_target_none_can_pass() -> None:
     target = {"lane": 0, "along_m": 0, "speed_mps": 15}
     asked = roadside(road=narrow, target=target).with_dials({"distractors.count": 1})
     with pytest.raises(ScenarioError, match="wanted a lane beside the target"):
-        accompanied(asked)
+        add_distractors(asked)
 
 
 def test_look_alikes_of_the_story_make_way_and_others_stay() -> None:
@@ -48,5 +48,5 @@ def test_look_alikes_of_the_story_make_way_and_others_stay() -> None:
     asked = roadside(strangers=[alike | place, other | place]).with_dials(
         {"distractors.count": 1}
     )
-    classes = [one.vehicle_class for one in accompanied(asked).strangers]
+    classes = [one.vehicle_class for one in add_distractors(asked).strangers]
     assert classes == ["bus", "car"]

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.occlusion import TrafficInTheWayError
-from simbench.generation.dials.probe import Rehearsal
-from simbench.generation.dials.solver import solved
-from simbench.scenarios.achieved_dials import Hiding, occlusions_of
+from simbench.generation.dials.occlusion import TrafficOccludesTargetError
+from simbench.generation.dials.probe import OcclusionProbe
+from simbench.generation.dials.solver import solve_dials
+from simbench.scenarios.achieved_dials import OcclusionSummary, occlusions_of
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.generation.dials.roadside import roadside
 
 pytestmark = [pytest.mark.sumo, pytest.mark.gl]
 
 
-def _shown(scenario: Scenario) -> Hiding:
-    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+def _shown(scenario: Scenario) -> OcclusionSummary:
+    with OcclusionProbe(build_stage(scenario, 0)) as rehearsal:
         sighted = [o for o in scenario.occluders if o.hides_at_s is not None]
         frames = range(len(rehearsal.boxes))
         return occlusions_of(rehearsal.hidden(sighted, frames))
@@ -31,7 +31,7 @@ def _shown(scenario: Scenario) -> Hiding:
 )
 def test_the_peak_hidden_share_is_reached(by: str, hidden: float) -> None:
     asked = roadside().with_dials({"occlusion.hidden": hidden, "occlusion.by": by})
-    told = solved(asked, 0)
+    told = solve_dials(asked, 0)
     assert [occluder.kind for occluder in told.occluders] == [by]
     found = _shown(told)
     assert found.peak == pytest.approx(hidden, abs=0.03)
@@ -47,10 +47,10 @@ def test_a_girder_hides_what_a_camera_sees_from_above() -> None:
     asked = roadside(camera=above).with_dials(
         {"occlusion.hidden": 0.6, "occlusion.by": "gantry"}
     )
-    assert _shown(solved(asked, 0)).peak == pytest.approx(0.6, abs=0.03)
+    assert _shown(solve_dials(asked, 0)).peak == pytest.approx(0.6, abs=0.03)
     low = roadside().with_dials({"occlusion.hidden": 0.6, "occlusion.by": "gantry"})
     with pytest.raises(ScenarioError, match="a gantry hides what a camera sees from"):
-        solved(low, 0)
+        solve_dials(low, 0)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_a_sign_hides_a_share_for_a_time(hidden: float, frames: int) -> None:
     asked = roadside().with_dials(
         {"occlusion.hidden": hidden, "occlusion.frames": frames}
     )
-    found = _shown(solved(asked, 0))
+    found = _shown(solve_dials(asked, 0))
     assert found.peak == pytest.approx(hidden, abs=0.03)
     assert abs(found.frames - frames) <= 1
 
@@ -69,7 +69,7 @@ def test_occlusions_come_as_often_as_asked() -> None:
     asked = roadside(frames=50).with_dials(
         {"occlusion.hidden": 0.4, "occlusion.count": 2, "displacement_px": 3.5}
     )
-    found = _shown(solved(asked, 0))
+    found = _shown(solve_dials(asked, 0))
     assert found.number == 2
     assert found.peak == pytest.approx(0.4, abs=0.03)
 
@@ -90,7 +90,7 @@ def test_occlusions_that_run_into_each_other_are_refused_before_any_is_tried(
     if frames is not None:
         dials["occlusion.frames"] = frames
     with pytest.raises(ScenarioError, match=words):
-        solved(roadside(frames=40).with_dials(dials), 0)
+        solve_dials(roadside(frames=40).with_dials(dials), 0)
 
 
 def test_each_tree_is_tried_with_the_shape_it_is_filmed_with() -> None:
@@ -98,8 +98,8 @@ def test_each_tree_is_tried_with_the_shape_it_is_filmed_with() -> None:
         {"occlusion.hidden": 0.5, "occlusion.count": 2, "occlusion.by": "tree"}
         | {"displacement_px": 3.5}
     )
-    told = solved(asked, 0)
-    with Rehearsal(set_stage(told, 0)) as rehearsal:
+    told = solve_dials(asked, 0)
+    with OcclusionProbe(build_stage(told, 0)) as rehearsal:
         frames = range(len(rehearsal.boxes))
         for number, tree in enumerate(told.occluders):
             hidden = rehearsal.hidden([tree], frames, first=number)
@@ -110,13 +110,13 @@ def test_nothing_hides_where_nothing_is_asked_to() -> None:
     poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
     scenario = roadside(occluders=poles)
     assert _shown(scenario).peak > 0.1
-    assert solved(scenario.with_dials({"occlusion.hidden": 0}), 0).occluders == ()
+    assert solve_dials(scenario.with_dials({"occlusion.hidden": 0}), 0).occluders == ()
 
 
 def test_an_occluder_of_the_story_takes_another_width_and_keeps_its_place() -> None:
     poles = [{"kind": "pole", "hides_at_s": 0.8, "distance_m": 10, "width_m": 0.4}]
     asked = roadside(occluders=poles).with_dials({"occlusion.hidden": 0.7})
-    (pole,) = solved(asked, 0).occluders
+    (pole,) = solve_dials(asked, 0).occluders
     assert (pole.hides_at_s, pole.distance_m) == (0.8, 10)
     assert pole.width_m > 0.4
 
@@ -126,7 +126,7 @@ def test_a_story_that_shows_what_is_asked_is_left_as_it_is() -> None:
     scenario = roadside(occluders=poles)
     peak = round(_shown(scenario).peak, 2)
     asked = scenario.with_dials({"occlusion.hidden": peak})
-    assert solved(asked, 0) is asked
+    assert solve_dials(asked, 0) is asked
 
 
 @pytest.mark.parametrize("hidden", [0.5, pytest.param(0.95, marks=pytest.mark.slow)])
@@ -141,7 +141,7 @@ def test_a_vehicle_drives_between_camera_and_target(hidden: float) -> None:
     asked = roadside(frames=120, camera=beside).with_dials(
         {"occlusion.hidden": hidden, "occlusion.by": "vehicle"}
     )
-    told = solved(asked, 0)
+    told = solve_dials(asked, 0)
     assert len(told.strangers) == 1
     assert _shown(told).peak == pytest.approx(hidden, abs=0.05)
 
@@ -158,12 +158,12 @@ def test_traffic_in_the_way_is_drawn_anew_whatever_share_is_asked() -> None:
         target={"lane": 2, "along_m": 5, "speed_mps": 12, "clear_m": 12},
         traffic={"density_per_km_lane": 25, "warm_up_s": 5},
     )
-    with Rehearsal(set_stage(busy, 1)) as rehearsal:
+    with OcclusionProbe(build_stage(busy, 1)) as rehearsal:
         shown = range(len(rehearsal.boxes))
         assert max(rehearsal.veil(f).by_traffic for f in shown) > 0.05
     for hidden in (0.0, 0.5, 0.94):
-        with pytest.raises(TrafficInTheWayError):
-            solved(busy.with_dials({"occlusion.hidden": hidden}), 1)
+        with pytest.raises(TrafficOccludesTargetError):
+            solve_dials(busy.with_dials({"occlusion.hidden": hidden}), 1)
 
 
 def test_an_occluder_at_a_time_without_the_target_is_named() -> None:
@@ -171,7 +171,7 @@ def test_an_occluder_at_a_time_without_the_target_is_named() -> None:
     fast = {"lane": 1, "along_m": 0, "speed_mps": 40}
     asked = roadside(occluders=late, target=fast).with_dials({"occlusion.hidden": 0.5})
     with pytest.raises(ScenarioError, match=r"hides at 1\.5 s, when the target is not"):
-        solved(asked, 0)
+        solve_dials(asked, 0)
 
 
 def test_a_camera_straight_above_is_named() -> None:
@@ -182,13 +182,13 @@ def test_a_camera_straight_above_is_named() -> None:
     }
     asked = roadside(camera=above).with_dials({"occlusion.hidden": 0.5})
     with pytest.raises(ScenarioError, match="from straight above"):
-        solved(asked, 0)
+        solve_dials(asked, 0)
 
 
 def test_a_time_too_short_for_any_edge_to_pass_is_named() -> None:
     asked = roadside().with_dials({"occlusion.hidden": 0.5, "occlusion.frames": 3})
     with pytest.raises(ScenarioError, match="frames 3 cannot be reached: the target"):
-        solved(asked, 0)
+        solve_dials(asked, 0)
 
 
 def test_a_pole_that_hides_for_another_time_is_named() -> None:
@@ -196,7 +196,7 @@ def test_a_pole_that_hides_for_another_time_is_named() -> None:
         {"occlusion.hidden": 0.5, "occlusion.frames": 30, "occlusion.by": "pole"}
     )
     with pytest.raises(ScenarioError, match=r"wanted 30: ask for occlusion\.by: sign"):
-        solved(asked, 0)
+        solve_dials(asked, 0)
 
 
 def test_the_rehearsal_sees_what_the_film_will_show() -> None:
@@ -205,7 +205,7 @@ def test_the_rehearsal_sees_what_the_film_will_show() -> None:
     poles = [{"kind": "pole", "hides_at_s": 0.2, "distance_m": 10, "width_m": 0.4}]
     scenario = roadside(frames=9, occluders=poles)
     filmed = 1.0 - generate(scenario, 0).truth.visible_fraction
-    with Rehearsal(set_stage(scenario, 0)) as rehearsal:
+    with OcclusionProbe(build_stage(scenario, 0)) as rehearsal:
         told = rehearsal.hidden(scenario.occluders, range(9))
     assert filmed.max() > 0.1
     assert np.abs(filmed - told).max() < 0.03

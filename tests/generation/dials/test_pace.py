@@ -7,18 +7,18 @@ import pytest
 
 from simbench.core.box import centers
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.pace import paced
+from simbench.generation.dials.pace import solve_pace
 from simbench.generation.dials.probe import target_boxes
 from simbench.scenarios.achieved_dials import set_up
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.generation.dials.roadside import roadside
 
 pytestmark = pytest.mark.sumo
 
 
 def _shown(scenario: Scenario) -> tuple[float, float]:
-    boxes = target_boxes(set_stage(scenario, 0))
+    boxes = target_boxes(build_stage(scenario, 0))
     moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
     return float(np.nanmedian(moves)), float(np.nanmedian(boxes[:, 3]))
 
@@ -26,7 +26,7 @@ def _shown(scenario: Scenario) -> tuple[float, float]:
 @pytest.mark.parametrize("wanted", [1.5, 8.0, 15.0])
 def test_displacement_is_reached_and_the_story_keeps_its_span(wanted: float) -> None:
     scenario = roadside()
-    told = paced(scenario.with_dials({"displacement_px": wanted}), 0, 0)
+    told = solve_pace(scenario.with_dials({"displacement_px": wanted}), 0, 0)
     assert _shown(told)[0] == pytest.approx(wanted, rel=0.1)
     assert told.duration_s <= scenario.duration_s + 1e-9
     assert told.duration_s > scenario.duration_s - told.imaging.interval_s - 1e-9
@@ -34,8 +34,8 @@ def test_displacement_is_reached_and_the_story_keeps_its_span(wanted: float) -> 
 
 def test_a_large_displacement_drops_frames_a_small_one_adds_some() -> None:
     scenario = roadside()
-    large = paced(scenario.with_dials({"displacement_px": 9}), 0, 0)
-    small = paced(scenario.with_dials({"displacement_px": 1}), 0, 0)
+    large = solve_pace(scenario.with_dials({"displacement_px": 9}), 0, 0)
+    small = solve_pace(scenario.with_dials({"displacement_px": 1}), 0, 0)
     assert large.imaging.keep_every > 1
     assert large.imaging.frame_rate_hz == 25
     assert large.frames < 40 < small.frames
@@ -47,7 +47,7 @@ def test_where_the_aim_strays_the_rate_gives_what_the_stride_leaves_over(
 ) -> None:
     straying = {"motion": "follow", "wander_px": 30, "wander_period_s": 1.2}
     scenario = roadside(camera=roadside().camera.model_dump() | straying)
-    told = paced(scenario.with_dials({"displacement_px": wanted}), 0, 0)
+    told = solve_pace(scenario.with_dials({"displacement_px": wanted}), 0, 0)
     moves, height = _shown(told)
     assert moves == pytest.approx(wanted, rel=0.1)
     assert height == pytest.approx(_shown(scenario)[1], rel=0.3)
@@ -55,7 +55,7 @@ def test_where_the_aim_strays_the_rate_gives_what_the_stride_leaves_over(
 
 def test_size_and_displacement_are_reached_together() -> None:
     told = roadside().with_dials({"target_px": 16, "displacement_px": 10})
-    moves, height = _shown(paced(told, 0, 0))
+    moves, height = _shown(solve_pace(told, 0, 0))
     assert moves == pytest.approx(10, rel=0.1)
     assert height == pytest.approx(16, rel=0.1)
 
@@ -64,12 +64,12 @@ def test_what_is_reached_already_is_left_as_it_is() -> None:
     scenario = roadside()
     moves, height = _shown(scenario)
     asked = scenario.with_dials({"target_px": height, "displacement_px": moves})
-    assert paced(asked, 0, 0) is asked
+    assert solve_pace(asked, 0, 0) is asked
 
 
 def test_at_a_held_frame_rate_the_focal_length_gives_the_displacement() -> None:
     asked = roadside().with_dials({"frame_rate_hz": 10, "displacement_px": 9})
-    told = paced(set_up(asked), 0, 0)
+    told = solve_pace(set_up(asked), 0, 0)
     assert 1 / told.imaging.interval_s == pytest.approx(10)
     assert told.camera.fov_rad != 0.75
     assert _shown(told)[0] == pytest.approx(9, rel=0.1)
@@ -80,7 +80,7 @@ def test_dials_that_contradict_each_other_are_named() -> None:
         {"frame_rate_hz": 5, "target_px": 10, "displacement_px": 90}
     )
     with pytest.raises(ScenarioError) as caught:
-        paced(set_up(asked), 0, 0)
+        solve_pace(set_up(asked), 0, 0)
     message = str(caught.value)
     assert "displacement_px 90 cannot be reached: at 5 Hz" in message
     assert "free target_px and frame_rate_hz" in message
@@ -93,4 +93,4 @@ def test_a_camera_that_never_sees_the_target_is_named() -> None:
         "look_at": {"along_m": 12, "lateral_m": -90, "height_m": 1},
     }
     with pytest.raises(ScenarioError, match="the camera does not see the target"):
-        paced(roadside(camera=away).with_dials({"target_px": 30}), 0, 0)
+        solve_pace(roadside(camera=away).with_dials({"target_px": 30}), 0, 0)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from simbench.core.camera import Camera
 from simbench.core.errors import RenderError
 from simbench.core.trajectories import Vehicle
-from simbench.render import render_frames as filming
-from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
+from simbench.render import render_frames as rendering
+from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
 from simbench.render.image.air import see_through_air
 from simbench.render.image.exposure import AutoExposure
 from simbench.render.image.rain import draw_rain, falling_drops
@@ -24,20 +24,20 @@ from simbench.render.world.surroundings import lamp_post
 from simbench.render.world.vehicles import body
 from simbench.scenarios.highway.fleet import FLEET, PAINTS
 from simbench.scenarios.schema import Light
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.stories import story
 
 
 @dataclass(frozen=True)
 class Filmed:
     scene: Scene
-    shots: list[Shot]
+    shots: list[RenderedFrame]
     images: list[NDArray[np.uint8]]
 
 
 def _film(gain: float = 1.0, **parts: Any) -> Filmed:
     """Film a story, and look at it through the air."""
-    stage = set_stage(story(**parts), 0)
+    stage = build_stage(story(**parts), 0)
     scene = build_scene(stage)
     camera = stage.cameras[0]
     shots, images = [], []
@@ -271,7 +271,7 @@ class TestAutoExposure:
                 told.append(next_in_s)
                 super().measure(image, next_in_s)
 
-        monkeypatch.setattr(filming, "AutoExposure", Watched)
+        monkeypatch.setattr(rendering, "AutoExposure", Watched)
         view = {
             "position": {"along_m": -4, "height_m": 3},
             "look_at": {"along_m": 2},
@@ -285,8 +285,8 @@ class TestAutoExposure:
             camera=view,
             imaging=imaging | {"auto_exposure_s": 0.2},
         )
-        stage = set_stage(scenario, 0)
-        filming.film(stage, lambda index, image: None)
+        stage = build_stage(scenario, 0)
+        rendering.render_frames(stage, lambda index, image: None)
         gaps = np.diff(stage.trajectories.times)
         assert np.ptp(gaps) > 0.03
         assert told[:-1] == pytest.approx(gaps)
@@ -383,11 +383,11 @@ class TestFilmed:
             "camera": view,
             "light": {"time": "night"},
         }
-        camera = set_stage(story(**parts), 0).cameras[0]
+        camera = build_stage(story(**parts), 0).cameras[0]
         picture = _film(**parts).shots[0].image.astype(float).mean(axis=-1)
 
         def at(along: float, lateral: float) -> float:
-            place = set_stage(story(**parts), 0).line.point(along, lateral)
+            place = build_stage(story(**parts), 0).line.point(along, lateral)
             x, y = camera.project(place)[0].astype(int)
             return float(picture[y - 1 : y + 2, x - 1 : x + 2].mean())
 
@@ -492,7 +492,7 @@ class TestFilmed:
             "position": position,
             "look_at": {"along_m": 140, "lateral_m": -7.25, "height_m": 1},
         }
-        stage = set_stage(
+        stage = build_stage(
             story(surroundings=surroundings, camera=view, target={"along_m": 80}), 0
         )
         with pytest.raises(RenderError, match=message):
@@ -500,7 +500,7 @@ class TestFilmed:
 
     def test_posts_and_trees_stay_out_of_the_tunnel(self) -> None:
         rich = _TUNNEL | {"lamp_spacing_m": 20, "gantry_spacing_m": 40}
-        scene = build_scene(set_stage(story(surroundings=rich), 0))
+        scene = build_scene(build_stage(story(surroundings=rich), 0))
         along = scene.lamps.street[:, 0]
         assert not np.any((along > 30) & (along < 110))
         assert np.any(along < 30) and np.any(along > 110)

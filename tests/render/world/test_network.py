@@ -8,7 +8,7 @@ import pytest
 from simbench.render.world.mesh import Surface
 from simbench.render.world.network import network_setting
 from simbench.scenarios.network.shapes import Lane, Network
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.network.test_network import crossing
 
 
@@ -22,7 +22,7 @@ def _sloped_lane(length_m: float) -> Network:
 
 @pytest.mark.sumo
 def test_the_meadow_of_a_long_sloped_road_is_no_larger_than_the_field() -> None:
-    stage = set_stage(crossing(frames=3), 0)
+    stage = build_stage(crossing(frames=3), 0)
     eyes = np.stack([camera.position for camera in stage.cameras])
     corners = []
     for length_m in (6_000.0, 12_000.0):

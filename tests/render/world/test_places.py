@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simbench.core.errors import RenderError
-from simbench.render.gl.pyrender_camera import PyrenderCamera, Shot
+from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.stage import Stage, set_stage
+from simbench.scenarios.stage import Stage, build_stage
 from tests.scenarios.network.test_network import crossing
 from tests.scenarios.stories import story
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
 
 
-def _shoot(scenario: Scenario) -> tuple[Stage, Scene, Shot]:
-    stage = set_stage(scenario, 0)
+def _shoot(scenario: Scenario) -> tuple[Stage, Scene, RenderedFrame]:
+    stage = build_stage(scenario, 0)
     scene = build_scene(stage)
     camera = stage.cameras[0]
     with PyrenderCamera(scene, camera.width, camera.height, 1) as machine:
@@ -32,7 +32,7 @@ def _shoot(scenario: Scenario) -> tuple[Stage, Scene, Shot]:
     return stage, scene, shot
 
 
-def _seen(stage: Stage, shot: Shot, point: Any) -> NDArray[np.uint8]:
+def _seen(stage: Stage, shot: RenderedFrame, point: Any) -> NDArray[np.uint8]:
     """Return the colour of the pixel that shows a point of the road frame."""
     (x, y), _ = stage.cameras[0].project(np.asarray(point, np.float64))
     pixel: NDArray[np.uint8] = shot.image[int(y), int(x)]
@@ -71,7 +71,7 @@ def test_a_flying_ball_throws_its_shadow_away_from_the_sun() -> None:
 
 @pytest.mark.parametrize("pattern", ["tiles", "boards", "plain"])
 def test_a_floor_has_its_pattern_and_covers_all_of_its_area(pattern: str) -> None:
-    scene = build_scene(set_stage(_floor({}, pattern=pattern, wall_m=0), 0))
+    scene = build_scene(build_stage(_floor({}, pattern=pattern, wall_m=0), 0))
     corners = scene.ground.positions.reshape(-1, 3, 3).astype(np.float64)
     middle = corners.mean(axis=1)
     inside = (middle[:, 0] > 0) & (middle[:, 0] < 6) & (np.abs(middle[:, 1]) < 2)
@@ -85,7 +85,7 @@ def test_walls_stand_around_the_floor_and_hide_what_is_behind() -> None:
     _, scene, shot = _shoot(_floor({}, wall_m=0.5))
     wall = next(number for number, name in scene.labels.items() if name == "wall")
     assert (shot.ids == wall).sum() > 50
-    assert not len(build_scene(set_stage(_floor({}, wall_m=0), 0)).standing.positions)
+    assert not len(build_scene(build_stage(_floor({}, wall_m=0), 0)).standing.positions)
 
 
 def _crossing_from_above(x_m: float, y_m: float) -> Scenario:
@@ -138,7 +138,7 @@ def test_trees_keep_off_the_roads_and_out_of_the_line_of_sight() -> None:
 
 
 def test_a_network_without_a_road_near_by_is_an_error() -> None:
-    stage = set_stage(crossing(frames=2), 0)
+    stage = build_stage(crossing(frames=2), 0)
     far = replace(stage.line, map_origin=(1e5, 0.0, 0.0))
     with pytest.raises(RenderError, match="a road within 700 m of the target"):
         build_scene(replace(stage, line=far))

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from simbench.render.world.scene import build_scene
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.stories import story
 
 pytestmark = pytest.mark.sumo
@@ -25,7 +25,7 @@ def test_the_road_reaches_as_far_as_the_camera_will_see(
         "look_at": {"along_m": 100 if motion == "still" else 0, "lateral_m": -7},
     }
     along = {"along_m": 80, "speed_mps": 15}  # ahead of the camera from the first frame
-    scene = build_scene(set_stage(story(camera=camera, target=along), seed=0))
+    scene = build_scene(build_stage(story(camera=camera, target=along), seed=0))
     ground = scene.ground.positions[:, 0]
     assert ground.max() > 60 + 500
     assert ground.min() < 60 - least_behind_m
@@ -38,7 +38,7 @@ def test_trees_and_hills_stay_as_the_camera_takes_other_frames() -> None:
     scenario = story(camera=moving, surroundings=green, frames=41)
     rate = scenario.imaging.frame_rate_hz
     whole, some, fewer = (
-        build_scene(set_stage(told, seed=0))
+        build_scene(build_stage(told, seed=0))
         for told in (scenario, scenario.retimed(rate, 4), scenario.retimed(rate, 3))
     )
     assert whole.standing.positions.tobytes() == some.standing.positions.tobytes()

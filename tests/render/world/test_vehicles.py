@@ -6,7 +6,7 @@ import pytest
 from simbench.core.trajectories import Vehicle, VehicleClass
 from simbench.render.world.mesh import Mesh, box, cylinder, merge, quad_strip, soup
 from simbench.render.world.vehicles import body, hull
-from simbench.scenarios.highway.fleet import FLEET, PAINTS, draw_paint
+from simbench.scenarios.highway.fleet import FLEET, PAINTS, sample_paint
 
 
 def _vehicle(kind: VehicleClass) -> Vehicle:
@@ -82,7 +82,7 @@ def test_nothing_merged_is_an_empty_mesh() -> None:
 
 
 def test_loud_paints_are_rare(rng: np.random.Generator) -> None:
-    paints = np.array([draw_paint("car", rng) for _ in range(2000)])
+    paints = np.array([sample_paint("car", rng) for _ in range(2000)])
     saturated = np.ptp(paints, axis=1) > 60
     # Shares of red, blue, green, yellow, orange sum to 0.175; sd of the mean 0.0085.
     assert saturated.mean() == pytest.approx(0.175, abs=0.035)

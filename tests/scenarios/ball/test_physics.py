@@ -13,10 +13,10 @@ from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError, TrafficError
 from simbench.scenarios.ball.physics import GRAVITY, Phase, motion
-from simbench.scenarios.ball.simulate import roll_balls, varied
+from simbench.scenarios.ball.simulate import simulate_balls, varied
 from simbench.scenarios.files.loading import load_scenario
 from simbench.scenarios.schema import Ball, FloorPlan, Scenario
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.stories import story
 
 _WIDE = FloorPlan(length_m=100, width_m=100, wall_m=5)
@@ -172,7 +172,7 @@ def test_seeds_vary_the_ball_within_its_spread_and_zero_holds_it() -> None:
 def test_frames_show_the_exact_places_at_their_times() -> None:
     ball = {"along_m": 1, "speed_mps": 2, "friction": 0, "spread": 0}
     imaging = {"frame_rate_hz": 30, "keep_every": 10}
-    drive = roll_balls(_on_floor(ball, frames=5, imaging=imaging), 0)
+    drive = simulate_balls(_on_floor(ball, frames=5, imaging=imaging), 0)
     assert drive.positions[:, 0, 0] == pytest.approx(1 + 2 * np.arange(5) / 3)
     assert drive.speeds[:, 0] == pytest.approx(2.0)
     assert drive.vehicles[0].name == "target"
@@ -181,7 +181,7 @@ def test_frames_show_the_exact_places_at_their_times() -> None:
 def test_same_seed_same_bytes_and_another_seed_another_roll() -> None:
     scenario = load_scenario("ball-bounce")
     digests = [
-        hashlib.sha256(roll_balls(scenario, seed).positions.tobytes()).hexdigest()
+        hashlib.sha256(simulate_balls(scenario, seed).positions.tobytes()).hexdigest()
         for seed in (0, 0, 1)
     ]
     assert digests[0] == digests[1] != digests[2]
@@ -192,7 +192,7 @@ def test_balls_that_would_touch_in_every_draw_are_an_error() -> None:
     other = {"along_m": 6, "speed_mps": 2, "direction_rad": math.pi, "spread": 0}
     scenario = _on_floor(ball, frames=60, traffic={"balls": [other]})
     with pytest.raises(TrafficError, match=r"story: two balls touch after 0\.9"):
-        roll_balls(scenario, 0)
+        simulate_balls(scenario, 0)
 
 
 @pytest.mark.parametrize("along_m", np.linspace(8, 9, 9).tolist())
@@ -204,7 +204,7 @@ def test_balls_are_noticed_to_touch_however_fast_they_pass(along_m: float) -> No
     scenario = _on_floor(ball, frames=6, traffic={"balls": [other]})
     touch = f"touch after {(along_m - 1 - 0.1) / 80:.2f} s"
     with pytest.raises(TrafficError, match=touch):
-        roll_balls(scenario, 0)
+        simulate_balls(scenario, 0)
 
 
 @pytest.mark.parametrize(("height_m", "is_hit"), [(0.35, False), (0.25, True)])
@@ -220,20 +220,20 @@ def test_a_ball_that_flies_over_another_touches_it_if_it_is_low(
     scenario = _on_floor(balls[0], frames=12, traffic={"balls": balls[1:]})
     if is_hit:
         with pytest.raises(TrafficError, match="two balls touch after"):
-            roll_balls(scenario, 0)
+            simulate_balls(scenario, 0)
     else:
-        assert roll_balls(scenario, 0).redraws == 0
+        assert simulate_balls(scenario, 0).traffic_redraws == 0
 
 
 def test_a_ball_does_not_turn_about_itself_when_it_turns_back() -> None:
-    drive = roll_balls(load_scenario("ball-bounce"), 0)
+    drive = simulate_balls(load_scenario("ball-bounce"), 0)
     assert np.diff(drive.positions[:, 0, 0]).min() < 0
     assert np.ptp(drive.headings) == 0.0
 
 
 def test_a_second_ball_rolls_beside_the_target() -> None:
     traffic = {"balls": [{"along_m": 3, "lateral_m": 2, "colour": "red"}]}
-    stage = set_stage(_on_floor({}, traffic=traffic), 0)
+    stage = build_stage(_on_floor({}, traffic=traffic), 0)
     names = [vehicle.name for vehicle in stage.trajectories.vehicles]
     assert names == ["target", "ball.1"]
     assert {vehicle.vehicle_class for vehicle in stage.trajectories.vehicles} == {
@@ -244,7 +244,7 @@ def test_a_second_ball_rolls_beside_the_target() -> None:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", ["ball-low-rate", "ball-bounce", "ball-both"])
 def test_every_ball_story_stays_in_the_picture(name: str, seed: int) -> None:
-    stage = set_stage(load_scenario(name), seed)
+    stage = build_stage(load_scenario(name), seed)
     camera, drive = stage.cameras[0], stage.trajectories
     middle = drive.positions[:, 0] + [0, 0, drive.vehicles[0].height / 2]
     pixels, depth = camera.project(middle)
@@ -254,7 +254,7 @@ def test_every_ball_story_stays_in_the_picture(name: str, seed: int) -> None:
 
 
 def test_a_ball_reverses_in_the_bouncing_story() -> None:
-    drive = set_stage(load_scenario("ball-bounce"), 0).trajectories
+    drive = build_stage(load_scenario("ball-bounce"), 0).trajectories
     step = np.diff(drive.positions[:, 0], axis=0)
     turned = np.sum(step[1:, :2] * step[:-1, :2], axis=-1) < 0
     bounced = (step[1:, 2] > 0) & (step[:-1, 2] < 0)

@@ -18,7 +18,7 @@ from simbench.scenarios import schema
 from simbench.scenarios.files.loading import load_scenario, scenario_schema
 from simbench.scenarios.files.recipe import Recipe, load_recipe, load_recipes
 from simbench.scenarios.files.sample_schema import takes_whole_numbers
-from simbench.scenarios.files.samples import drawn, draws_in
+from simbench.scenarios.files.samples import drawn, samples_in
 from tests.scenarios.stories import story
 
 
@@ -311,7 +311,7 @@ def test_any_draw_is_drawn_or_refused_in_one_line(
 ) -> None:
     content = {"camera": {"fov_rad": draw}}
     try:
-        found = draws_in(content, "mine.yaml")
+        found = samples_in(content, "mine.yaml")
         filled, values = drawn(content, "mine", seed, "mine.yaml")
     except ScenarioError as error:
         assert "\n" not in str(error)

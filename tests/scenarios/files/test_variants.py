@@ -9,7 +9,7 @@ from simbench.core.errors import ScenarioError
 from simbench.scenarios.files.loading import (
     load_scenario,
     load_variants,
-    raw_scenario,
+    read_raw_scenario,
     variants_of,
 )
 from tests.scenarios.stories import story
@@ -60,16 +60,16 @@ variants: {back: {camera.position.along_m: -50}}
 """)
     camera = load_scenario(f"{path}@back").camera
     assert (camera.position.along_m, camera.look_at.along_m) == (-50, 1)
-    raw = raw_scenario(path)["camera"]
+    raw = read_raw_scenario(path)["camera"]
     assert raw["position"] is not raw["look_at"]
 
 
 def test_raw_content_is_the_callers_own(tmp_path: Path) -> None:
     path = _file(tmp_path, {"far": {"camera.fov_rad": 0.1}})
-    raw = raw_scenario(f"{path}@far")
+    raw = read_raw_scenario(f"{path}@far")
     assert (raw["variant"], "variants" in raw) == ("far", False)
     raw["camera"]["fov_rad"] = 2.0
-    assert raw_scenario(f"{path}@far")["camera"]["fov_rad"] == 0.1
+    assert read_raw_scenario(f"{path}@far")["camera"]["fov_rad"] == 0.1
 
 
 def test_all_stands_for_every_variant_in_the_files_order(tmp_path: Path) -> None:

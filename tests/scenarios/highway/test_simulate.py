@@ -146,7 +146,7 @@ def test_lane_and_speed_can_be_told_at_the_same_time() -> None:
     drive = _drive(story(frames=100, target=target, traffic=traffic))
     assert [(c.from_lane, c.to_lane) for c in drive.lane_changes] == [(0, 1)]
     assert drive.speeds[-1, drive.target] == pytest.approx(17.0, abs=0.05)
-    assert drive.redraws == 0
+    assert drive.traffic_redraws == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -247,4 +247,4 @@ def test_smooth_lane_keeps_lane_centres_and_halves() -> None:
 
 
 def test_redraws_are_counted_from_zero() -> None:
-    assert _drive(load_scenario("smoke")).redraws == 0
+    assert _drive(load_scenario("smoke")).traffic_redraws == 0

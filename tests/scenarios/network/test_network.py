@@ -26,7 +26,7 @@ from simbench.scenarios.network.simulate import NetworkDrive, drive_network
 from simbench.scenarios.network.target import choose
 from simbench.scenarios.schema import Choice, Scenario, SumoRoad
 from simbench.scenarios.schema.seeds import stream
-from simbench.scenarios.stage import set_stage
+from simbench.scenarios.stage import build_stage
 from tests.scenarios.stories import story
 
 CROSSING = Path(__file__).parent / "crossing"
@@ -300,7 +300,7 @@ def test_a_camera_and_a_pole_stand_where_they_are_told() -> None:
         "fov_rad": 1.0,
     }
     pole = {"kind": "pole", "hides_at_s": 1.0, "distance_m": 20}
-    stage = set_stage(crossing(camera=camera, occluders=[pole]), 0)
+    stage = build_stage(crossing(camera=camera, occluders=[pole]), 0)
     origin = np.array(stage.line.map_origin)
     assert stage.cameras[0].position + origin == pytest.approx([330, 175, 14])
     frame = 25
@@ -580,7 +580,7 @@ def test_a_network_without_lanes_is_refused(tmp_path: Path) -> None:
 def test_a_ramp_story_shows_a_car_changing_on_to_the_motorway(
     name: str, edge_y: float, seed: int
 ) -> None:
-    stage = set_stage(load_scenario(name), seed)
+    stage = build_stage(load_scenario(name), seed)
     moved = stage.trajectories
     changes = [one for one in moved.lane_changes if one.vehicle == "target"]
     assert (changes[0].from_lane, changes[0].to_lane) == (0, 1)
