@@ -9,7 +9,7 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat bench lint format clean
+.PHONY: demo test test-all test-compat bench lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -36,7 +36,13 @@ bench: .venv-bench/installed
 lint: .venv/developer
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
 	$(BIN)/mypy
+
+# the rooms of the package and the imports between them
+house: .venv/python
+	$(BIN)/python docs/draw_house.py . docs/house.svg
 
 format: .venv/developer
 	$(BIN)/ruff check --fix .

@@ -1,1 +1,1 @@
-"""What the camera sees: trajectories turned into frames and truth."""
+"""Rendering: trajectories and camera poses to frames and ground truth."""

@@ -1,4 +1,4 @@
-"""Depth and optical flow of a film, recorded beside the pictures for who asks."""
+"""Depth and optical flow of a sequence, recorded while it is rendered."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
-from simbench.render.flow import View, forward_flow, sample_place
-from simbench.render.gl.pyrender_camera import RenderedFrame
+from simbench.render.flow import View, forward_flow, sample_offset
+from simbench.render.gl.scene_renderer import RenderedFrame
 from simbench.render.world.scene import FIRST_VEHICLE_ID
 
 __all__ = ["ChannelRecorder"]
@@ -19,7 +19,7 @@ __all__ = ["ChannelRecorder"]
 
 @dataclass(slots=True)
 class ChannelRecorder:
-    """Turns shots into the channels asked for, holding one frame at most.
+    """Computes the requested channels frame by frame, holding one frame at most.
 
     Attributes
     ----------
@@ -38,34 +38,34 @@ class ChannelRecorder:
     def add(
         self,
         index: int,
-        shot: RenderedFrame,
+        frame: RenderedFrame,
         camera: Camera,
         poses: NDArray[np.float64],
         samples: int,
     ) -> None:
-        """Take in the next frame; frame 0 begins anew.
+        """Add the next frame; frame 0 starts a new sequence.
 
         Parameters
         ----------
         index : int
-        shot : RenderedFrame
-            Taken with depth.
+        frame : RenderedFrame
+            With depth.
         camera : Camera
         poses : (V, 4, 4) float
         samples : int
-            Samples a pixel along each axis of the shot.
+            Samples a pixel along each axis of the frame.
         """
-        if shot.depth is None:
-            raise ValueError("channels need a shot with depth")
+        if frame.depth is None:
+            raise ValueError("channels: expected a frame with depth, got one without")
         if "depth" in self.channels:
-            self.keep("depth", index, shot.depth)
+            self.keep("depth", index, frame.depth)
         if "flow" not in self.channels:
             return
-        middle = slice(samples // 2, None, samples)  # the sample that depth is read at
-        view = View(camera, shot.depth, shot.ids[middle, middle], poses)
+        middle = slice(samples // 2, None, samples)  # the sample of the depth
+        view = View(camera, frame.depth, frame.ids[middle, middle], poses)
         if index > 0 and self._last is not None:
-            place = sample_place(samples)
-            found = forward_flow(self._last, view, FIRST_VEHICLE_ID, place)
+            offset = sample_offset(samples)
+            flow = forward_flow(self._last, view, FIRST_VEHICLE_ID, offset)
             for name in ("flow", "occlusions", "invalid"):
-                self.keep(name, index - 1, getattr(found, name))
+                self.keep(name, index - 1, getattr(flow, name))
         self._last = view

@@ -1,11 +1,11 @@
-"""Optical flow from geometry: where every point of one picture is in the next.
+"""Ground-truth optical flow from depth, ids, vehicle motion and camera motion.
 
-Nothing is estimated. A pixel's depth gives its point on the road or on a vehicle; the
-vehicle's motion and the next camera say where that point goes.
+The depth of a pixel gives its point on the road or on a vehicle; the vehicle's motion
+and the next camera give the projection of that point into the next frame.
 
-Depth and id are known at one sample in each pixel: that in its middle, or right below
-and beside it where the number of samples an axis is even, see `sample_place`. The flow
-is that of the point seen there.
+Depth and id are known at one sample of each pixel: the central one, or the next one to
+the right and below if the number of samples along an axis is even, see `sample_offset`.
+The flow is that of the point seen there.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 
-__all__ = ["Flow", "View", "forward_flow", "sample_place"]
+__all__ = ["Flow", "View", "forward_flow", "sample_offset"]
 
 _TOLERANCE = 2e-3
-"""Relative depth by which a point must lie behind what is drawn to count as hidden."""
+"""Relative depth by which a point must be behind a surface to count as occluded."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One frame, as far as the flow needs it.
+    """Camera, depth, ids and vehicle poses of one frame.
 
     Attributes
     ----------
@@ -46,19 +46,19 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """Where the points of one frame are in the next.
+    """Optical flow from one frame to the next.
 
     Attributes
     ----------
     flow : (H, W, 2) float32, px
-        Move to the right and down. It may lead out of the image. NaN where the point
-        has no place in the next picture: it is behind the camera, or its vehicle has
-        left the road.
+        Displacement to the right and down, possibly out of the image. NaN where the
+        point has no projection into the next frame: it is behind the camera, or its
+        vehicle has left the road.
     invalid : (H, W) bool
-        The point lies outside the next image, or has no place there.
+        The point is outside the next image, or has no projection.
     occlusions : (H, W) bool
-        The point lies inside the next image, but something hides it there. Within a
-        pixel of the edge of what hides it, it counts as seen.
+        The point is inside the next image, but occluded. Within a pixel of the edge of
+        the occluder, it counts as visible.
     """
 
     flow: NDArray[np.float32]
@@ -66,8 +66,8 @@ class Flow:
     occlusions: NDArray[np.bool_]
 
 
-def sample_place(samples: int) -> float:
-    """Return where in a pixel depth and id are taken, in px from its top-left corner.
+def sample_offset(samples: int) -> float:
+    """Return the position of the sample of depth and id, in px from a pixel's corner.
 
     Parameters
     ----------
@@ -76,13 +76,13 @@ def sample_place(samples: int) -> float:
 
     Examples
     --------
-    >>> [sample_place(samples) for samples in (1, 2, 3, 4)]
+    >>> [sample_offset(samples) for samples in (1, 2, 3, 4)]
     [0.5, 0.75, 0.5, 0.625]
     """
     return (samples // 2 + 0.5) / samples
 
 
-def forward_flow(before: View, after: View, first_id: int, place: float) -> Flow:
+def forward_flow(before: View, after: View, first_id: int, offset: float) -> Flow:
     """Return the flow from one frame to the next.
 
     Parameters
@@ -90,10 +90,10 @@ def forward_flow(before: View, after: View, first_id: int, place: float) -> Flow
     before, after : View
         Of the same size and with the same vehicles.
     first_id : int
-        Instance id of vehicle 0; vehicle ``v`` has ``first_id + v``, and whatever has
-        a lower id stands still.
-    place : float, px
-        See `sample_place`.
+        Instance id of vehicle 0; vehicle ``v`` has ``first_id + v``, and objects with
+        a lower id are static.
+    offset : float, px
+        See `sample_offset`.
 
     Returns
     -------
@@ -102,19 +102,19 @@ def forward_flow(before: View, after: View, first_id: int, place: float) -> Flow
     """
     height, width = before.depth.shape
     rows, columns = np.indices((height, width), dtype=np.float64)
-    pixels = np.stack([columns, rows], axis=-1) + place
+    pixels = np.stack([columns, rows], axis=-1) + offset
     local = _moved(before, after, pixels, first_id)
     ahead = np.where(local[..., 2] > 0.0, local[..., 2], np.nan)
     camera = after.camera
-    there = camera.focal_px * local[..., :2] / ahead[..., None] + camera.matrix[:2, 2]
+    moved = camera.focal_px * local[..., :2] / ahead[..., None] + camera.matrix[:2, 2]
     with np.errstate(invalid="ignore"):  # NaN is outside
-        inside = np.all((there >= 0.0) & (there < [width, height]), axis=-1)
-    is_sky = np.isinf(before.depth)
-    distance = np.where(is_sky, np.inf, ahead)
-    hidden = inside & ~_is_seen(after, there, distance, before.ids, inside, place)
-    # A millionth of a pixel is beyond what is known: what stands still is at 0.
-    flow = np.round(there - pixels, 6) + 0.0
-    return Flow(flow.astype(np.float32), ~inside, hidden)
+        inside = np.all((moved >= 0.0) & (moved < [width, height]), axis=-1)
+    distance = np.where(np.isinf(before.depth), np.inf, ahead)
+    corners = np.floor(np.where(inside[..., None], moved, 0.0) - offset)
+    visible = _is_visible(after, corners.astype(np.int64), distance, before.ids)
+    # Rounded to a millionth of a pixel: static points get a flow of exactly 0.
+    flow = np.round(moved - pixels, 6) + 0.0
+    return Flow(flow.astype(np.float32), ~inside, inside & ~visible)
 
 
 def _moved(
@@ -128,36 +128,33 @@ def _moved(
     depth = np.where(is_sky, 1.0, before.depth.astype(np.float64))
     points = (depth[..., None] * rays - first.translation) @ first.rotation
     for number in np.unique(before.ids[before.ids >= first_id]).tolist():
-        vehicle, mine = number - first_id, before.ids == number
+        vehicle, mask = number - first_id, before.ids == number
         old, new = before.poses[vehicle], after.poses[vehicle]
         turn = new[:3, :3] @ old[:3, :3].T
-        points[mine] = (points[mine] - old[:3, 3]) @ turn.T + new[:3, 3]
+        points[mask] = (points[mask] - old[:3, 3]) @ turn.T + new[:3, 3]
     local = second.to_camera(points)
     local[is_sky] = rays[is_sky] @ first.rotation @ second.rotation.T
     return local
 
 
-def _is_seen(
+def _is_visible(
     after: View,
-    there: NDArray[np.float64],
+    corners: NDArray[np.int64],
     distance: NDArray[np.float64],
     ids: NDArray[np.uint16],
-    inside: NDArray[np.bool_],
-    place: float,
 ) -> NDArray[np.bool_]:
-    """Whether one of the four samples around a point shows its thing no nearer than it.
+    """Return whether one of four samples around a point shows its object, no nearer.
 
-    The inverse of depth is linear over a plane's picture, so that a point of a plane is
-    never beyond all four samples around it unless something is in front.
+    The inverse of depth is linear over the image of a plane: a point of a plane is
+    beyond all four samples around it only if something is in front.
     """
     height, width = ids.shape
-    corner = np.floor(np.where(inside[..., None], there, 0.0) - place).astype(np.int64)
-    seen = np.zeros(ids.shape, dtype=np.bool_)
+    visible = np.zeros(ids.shape, dtype=np.bool_)
     for down in (0, 1):
         for right in (0, 1):
-            row = np.clip(corner[..., 1] + down, 0, height - 1)
-            column = np.clip(corner[..., 0] + right, 0, width - 1)
+            row = np.clip(corners[..., 1] + down, 0, height - 1)
+            column = np.clip(corners[..., 0] + right, 0, width - 1)
             is_same = after.ids[row, column] == ids
-            reach = after.depth[row, column] * (1.0 + _TOLERANCE)
-            seen |= is_same & (distance <= reach)
-    return seen
+            limit = after.depth[row, column] * (1.0 + _TOLERANCE)
+            visible |= is_same & (distance <= limit)
+    return visible

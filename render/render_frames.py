@@ -1,4 +1,4 @@
-"""The shoot: a stage becomes pictures, one after another, and the truth about them."""
+"""Rendering of a stage: its frames, one after another, and their ground truth."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from simbench.core.box import area, clip
 from simbench.core.errors import RenderError
 from simbench.core.sequence import Truth
 from simbench.render.channel_recorder import ChannelRecorder
-from simbench.render.gl.pyrender_camera import PyrenderCamera
-from simbench.render.image.air import see_through_air
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.image.exposure import AutoExposure
-from simbench.render.image.sensor import expose
+from simbench.render.image.glare_and_rain import add_glare_and_rain
+from simbench.render.image.sensor import simulate_sensor
 from simbench.render.truth import TruthRecorder
 from simbench.render.world.scene import build_scene, vehicle_poses
 from simbench.scenarios.schema import Scenario
@@ -24,16 +24,16 @@ from simbench.scenarios.stage import Stage
 
 __all__ = ["TargetHiddenError", "render_frames"]
 
-_PLAIN_VIEW = 0.7
-"""Least visible fraction of the target in the first frame."""
-_INSIDE = 0.5
-"""Least share of its box inside the picture there."""
-_LEAST_PX = 6.0
-"""Least width and height of its box there, in px."""
+_MIN_VISIBLE = 0.7
+"""Minimum visible fraction of the target in the first frame."""
+_MIN_INSIDE = 0.5
+"""Minimum share of its box inside the image there."""
+_MIN_SIZE_PX = 6.0
+"""Minimum width and height of its box there."""
 
 
 class TargetHiddenError(RenderError):
-    """A vehicle hides the target in the first frame, where trackers start."""
+    """A vehicle occludes the target in the first frame, where trackers start."""
 
 
 def render_frames(
@@ -43,15 +43,15 @@ def render_frames(
     channels: ChannelRecorder | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Truth:
-    """Film a stage from the first to the last frame.
+    """Render all frames of a stage.
 
     Parameters
     ----------
     stage : Stage
     keep : callable of (index, image)
-        Takes each finished (H, W, 3) uint8 RGB picture; none is held here.
+        Takes each finished (H, W, 3) uint8 RGB image.
     channels : ChannelRecorder, optional
-        Takes depth and flow, where they are wanted.
+        Takes depth and flow, if requested.
     progress : callable of (done, total), optional
 
     Returns
@@ -61,10 +61,10 @@ def render_frames(
     Raises
     ------
     RenderError
-        If no OpenGL context opens, or the target is not in plain view in the first
+        If no OpenGL context opens, or the target is not visible enough in the first
         frame.
     TargetHiddenError
-        If it is a vehicle that hides it there.
+        If a vehicle occludes it there.
     """
     scenario = stage.scenario
     imaging = scenario.imaging
@@ -72,58 +72,61 @@ def render_frames(
     trajectories = stage.trajectories
     recorder = TruthRecorder(scene, trajectories, imaging.samples)
     exposure = AutoExposure(imaging.auto_exposure_s)
-    # Frames may be lost on the way; after the last, none is to be exposed.
+    # Intervals differ where frames are dropped; none follows the last frame.
     gaps_s = np.diff(trajectories.times, append=trajectories.times[-1])
-    with PyrenderCamera(
+    with SceneRenderer(
         scene, imaging.width_px, imaging.height_px, imaging.samples
-    ) as machine:
+    ) as renderer:
         for index, camera in enumerate(stage.cameras):
             poses, present = vehicle_poses(trajectories, index)
             gain = exposure.gain
-            shot = machine.shoot(
+            rendered = renderer.render(
                 camera,
                 poses,
                 present,
                 trajectories.target,
-                want_depth=channels is not None,
+                with_depth=channels is not None,
                 gain=gain,
             )
-            exposure.measure(shot.image, float(gaps_s[index]))
-            if index == 0 and not shot.target_alone.any():
+            exposure.measure(rendered.image, float(gaps_s[index]))
+            if index == 0 and not rendered.target_silhouette.any():
                 raise RenderError(
                     f"{scenario.name}: the camera does not see the target in the first "
                     "frame, where trackers are started: change camera.look_at, "
                     "camera.fov_rad or target.along_m"
                 )
-            recorder.add(shot, camera, poses, partial(machine.outline, camera, poses))
+            silhouette = partial(renderer.silhouette, camera, poses)
+            recorder.add(rendered, camera, poses, silhouette)
             if index == 0:
-                _require_plain_view(scenario, recorder)
+                _require_visible_target(scenario, recorder)
             if channels is not None:
-                channels.add(index, shot, camera, poses, imaging.samples)
+                channels.add(index, rendered, camera, poses, imaging.samples)
             rng = generator(scenario, stage.seed, "sensor", index)
-            image = see_through_air(stage, scene, shot, poses, present, index, gain)
-            keep(index, expose(image, imaging, rng))
+            image = add_glare_and_rain(
+                stage, scene, rendered, poses, present, index, gain
+            )
+            keep(index, simulate_sensor(image, imaging, rng))
             if progress is not None:
                 progress(index + 1, len(stage.cameras))
     return recorder.finish(imaging.width_px, imaging.height_px)
 
 
-def _require_plain_view(scenario: Scenario, recorder: TruthRecorder) -> None:
-    """Refuse a first frame that no tracker could be started on."""
-    box, fraction, occluder = recorder.first_view
+def _require_visible_target(scenario: Scenario, recorder: TruthRecorder) -> None:
+    """Require a first frame on which trackers can be started."""
+    box, fraction, occluder = recorder.initial_target
     size = scenario.imaging.width_px, scenario.imaging.height_px
     inside = float(np.nansum(area(clip(box[None], *size)))) / float(area(box))
-    if inside < _INSIDE or box[2:].min() < _LEAST_PX:
+    if inside < _MIN_INSIDE or box[2:].min() < _MIN_SIZE_PX:
         raise RenderError(
-            f"{scenario.name}: trackers start on the first frame: wanted a target of "
-            f"at least {_LEAST_PX:g} px with {_INSIDE:.0%} of its box in the "
-            f"picture, found {box[2]:.0f} x {box[3]:.0f} px with {inside:.0%}: change "
+            f"{scenario.name}: trackers start on the first frame: expected a target of "
+            f"at least {_MIN_SIZE_PX:g} px with {_MIN_INSIDE:.0%} of its box in the "
+            f"image, got {box[2]:.0f} x {box[3]:.0f} px with {inside:.0%}: change "
             "camera.look_at, camera.fov_rad or target.along_m"
         )
-    if fraction < _PLAIN_VIEW:
-        is_traffic = occluder == "vehicle"  # which another draw may not have there
+    if fraction < _MIN_VISIBLE:
+        is_traffic = occluder == "vehicle"  # another sample of the traffic may help
         raise (TargetHiddenError if is_traffic else RenderError)(
             f"{scenario.name}: a {occluder} hides the target in the first frame, where "
-            f"trackers are started: wanted a visible fraction of {_PLAIN_VIEW:g} or "
-            f"more, found {fraction:.3f}"
+            f"trackers are started: expected a visible fraction of {_MIN_VISIBLE:g} or "
+            f"more, got {fraction:.3f}"
         )

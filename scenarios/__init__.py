@@ -1,1 +1,1 @@
-"""What happens on the road: a YAML story turned into trajectories."""
+"""Scenarios: from YAML files to trajectories, occluders and camera paths."""

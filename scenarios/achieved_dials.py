@@ -1,7 +1,6 @@
-"""The dials: effects in the picture, as they are asked for and as the truth shows them.
+"""Dials: their definition on the truth, their tolerances, and those that are settings.
 
-What causes an effect is found by `simbench.dialling`; what an effect *is*, and when it
-counts as reached, stands here.
+Dials that need a search are solved by `simbench.generation.dials`.
 """
 
 from __future__ import annotations
@@ -17,15 +16,15 @@ from simbench.core.sequence import Truth
 from simbench.scenarios.schema import Dials, Scenario
 
 __all__ = [
-    "MOST_FRAMES",
-    "TAKES",
+    "MAX_ATTEMPTS",
+    "MAX_FRAMES",
     "TOLERANCE",
     "OcclusionSummary",
     "achieved_dials",
-    "missed",
-    "most_frames",
+    "apply_direct_dials",
+    "max_rendered_frames",
+    "missed_dials",
     "occlusions_of",
-    "set_up",
 ]
 
 TOLERANCE: dict[str, tuple[float, float]] = {
@@ -36,29 +35,37 @@ TOLERANCE: dict[str, tuple[float, float]] = {
     "occlusion.count": (0.0, 0.0),
     "distractors.count": (0.0, 0.0),
 }
-"""How far what is reached may be from what is asked: a share of it, and a number."""
+"""Accepted deviation from the requested value: a share of it, and a constant."""
 
-TAKES = 3
-"""Films made in search of one whose truth shows what was asked for."""
-MOST_FRAMES = 3000
-"""Frames that a story may get by a small ``displacement_px``."""
-_LEAST_FRAMES = 2
-_TALLEST_PX = 2160
-_NOTHING = 0.05
-"""Peak hidden share below which there is no occlusion to speak of."""
+MAX_ATTEMPTS = 3
+"""Attempts to render a sequence whose truth has the requested values."""
+MAX_FRAMES = 3000
+"""Most frames that a scenario gets for a small ``displacement_px``."""
+_SETTINGS = {
+    "noise": ("imaging", "noise"),
+    "jpeg_quality": ("imaging", "jpeg_quality"),
+    "contrast": ("imaging", "contrast"),
+    "illumination": ("light", "illumination"),
+    "vibration_px": ("camera", "vibration_px"),
+    "resolution": ("imaging", "width_px"),
+}
+"""Dials that are settings: part and key of the scenario."""
+_MIN_FRAMES = 2
+_MAX_HEIGHT_PX = 2160
+_MIN_PEAK = 0.05  # hidden share below which there is no occlusion
 
 
 class OcclusionSummary(NamedTuple):
-    """How a target is hidden over a sequence.
+    """Occlusions of the target over a sequence.
 
     Attributes
     ----------
     peak : float, in [0, 1]
-        Greatest hidden share; NaN without a frame that shows the target.
+        Maximum hidden share; NaN if the target is absent from every frame.
     frames : float
-        Median, over the occlusions, of their frames.
+        Median duration of the occlusions in frames.
     number : int
-        How many occlusions there are.
+        Number of occlusions.
     """
 
     peak: float
@@ -67,11 +74,11 @@ class OcclusionSummary(NamedTuple):
 
 
 def occlusions_of(hidden: NDArray[np.float64]) -> OcclusionSummary:
-    """Measure the occlusions in a course of hidden shares.
+    """Measure the occlusions in a series of hidden shares.
 
-    An occlusion is a run of frames with more than half of the greatest hidden share of
-    the sequence (its full width at half maximum); one frame above the line within a run
-    does not end it. A peak below 0.05 is none.
+    An occlusion is a run of frames with more than half of the maximum hidden share of
+    the sequence (full width at half maximum); a single frame with less does not end it.
+    A maximum below 0.05 is no occlusion.
 
     Parameters
     ----------
@@ -87,7 +94,7 @@ def occlusions_of(hidden: NDArray[np.float64]) -> OcclusionSummary:
     if not len(shares):
         return OcclusionSummary(float("nan"), 0.0, 0)
     peak = float(shares.max())
-    if peak < _NOTHING:
+    if peak < _MIN_PEAK:
         return OcclusionSummary(peak, 0.0, 0)
     deep = np.nan_to_num(hidden) > peak / 2.0
     deep[1:-1] |= deep[:-2] & deep[2:]
@@ -97,26 +104,26 @@ def occlusions_of(hidden: NDArray[np.float64]) -> OcclusionSummary:
 
 
 def achieved_dials(truth: Truth, scenario: Scenario) -> dict[str, float]:
-    """Measure on the truth what a scenario can ask for.
+    """Measure the dials on the truth of a sequence.
 
     Parameters
     ----------
     truth : Truth
     scenario : Scenario
-        As it was filmed. Dials that are settings of the camera (noise, resolution and
-        the like) are reached by setting them; those asked for are repeated from here.
+        As rendered. Requested dials that are settings of the camera (noise, resolution
+        and the like) are taken from here.
 
     Returns
     -------
     dict from str to float
-        ``displacement_px``: median move of the target between kept frames, with its
+        ``displacement_px``: median displacement between kept frames, with its
         5 and 95 % quantiles as ``displacement_px.p05`` and ``.p95``; ``target_px``:
-        median height of the amodal box, and the least as ``target_px.min``;
+        median height of the amodal box, and the minimum as ``target_px.min``;
         ``occlusion.hidden``, ``.frames``, ``.count``: see `occlusions_of`;
         ``distractors.count``, ``.gap_px``: vehicles of the target's class and colour
-        that come within ``dials.distractors.gap_px`` (within one target's width where
-        that is not given), and the least gap of all such vehicles; ``absent.frames``.
-        NaN where no frame tells.
+        that come within ``dials.distractors.gap_px`` (by default within one target's
+        width), and the least gap of all such vehicles; ``absent.frames``. NaN where no
+        frame has a value.
     """
     shown = ~truth.absent
     heights = truth.boxes[shown, 3]
@@ -125,7 +132,7 @@ def achieved_dials(truth: Truth, scenario: Scenario) -> dict[str, float]:
     low, middle, high = (
         np.quantile(moves, [0.05, 0.5, 0.95]) if len(moves) else np.full(3, np.nan)
     )
-    count, nearest = _company(truth, scenario.dials)
+    count, nearest = _distractors(truth, scenario.dials)
     return {
         "displacement_px": float(middle),
         "displacement_px.p05": float(low),
@@ -141,142 +148,123 @@ def achieved_dials(truth: Truth, scenario: Scenario) -> dict[str, float]:
     } | _settings(scenario)
 
 
-def _company(truth: Truth, dials: Dials) -> tuple[float, float]:
-    """Count the target's doubles that come near, and tell the least gap [px]."""
-    everyone = truth.vehicles
-    if everyone is None:
+def _distractors(truth: Truth, dials: Dials) -> tuple[float, float]:
+    """Return the number of near distractors, and the least gap of all [px]."""
+    table = truth.vehicles
+    if table is None:
         return float("nan"), float("nan")
-    target = next(v for v in everyone.vehicles if v.name == "target")
+    target = next(v for v in table.vehicles if v.name == "target")
     alike = [
         number
-        for number, other in enumerate(everyone.vehicles)
+        for number, other in enumerate(table.vehicles)
         if other is not target
         and (other.vehicle_class, other.colour) == (target.vehicle_class, target.colour)
     ]
-    gaps = gap(everyone.boxes[:, alike], truth.boxes[:, None])
-    gaps = np.where(everyone.visible_px[:, alike] > 0, gaps, np.nan)
+    gaps = gap(table.boxes[:, alike], truth.boxes[:, None])
+    gaps = np.where(table.visible_px[:, alike] > 0, gaps, np.nan)
     seen = ~np.all(np.isnan(gaps), axis=0)
     if not seen.any():
         return 0.0, float("nan")
     least = np.nanmin(gaps[:, seen], axis=0)
-    wanted = dials.distractors.gap_px if dials.distractors else None
-    reach = np.nanmedian(truth.boxes[:, 2]) if wanted is None else wanted
-    return float(np.sum(least <= reach)), float(least.min())
+    limit = dials.distractors.gap_px if dials.distractors else None
+    if limit is None:
+        limit = float(np.nanmedian(truth.boxes[:, 2]))
+    return float(np.sum(least <= limit)), float(least.min())
 
 
-def set_up(scenario: Scenario) -> Scenario:
-    """Set what dials set by themselves: light, sensor, resolution, frame rate.
+def apply_direct_dials(scenario: Scenario) -> Scenario:
+    """Apply the dials that are settings: of light, sensor, resolution and frame rate.
 
-    The story keeps its time span: at another frame rate it has more frames, or fewer.
+    The duration stays: at another frame rate the scenario has more frames, or fewer.
+    Camera movements in pixels scale with the resolution.
 
     Raises
     ------
     ScenarioError
         If fewer than two frames are left, or the picture gets too large.
     """
-    dials, imaging = scenario.dials, scenario.imaging
-    changes: dict[str, float] = {
-        name: value
-        for name in ("noise", "jpeg_quality", "contrast")
-        if (value := getattr(dials, name)) is not None
-    }
-    if dials.resolution is not None:
-        scale = dials.resolution / imaging.width_px
-        changes["width_px"] = dials.resolution
-        changes["height_px"] = max(48, round(imaging.height_px * scale))
-    parts: dict[str, object] = {}
-    if changes:
-        parts["imaging"] = imaging.model_copy(update=changes)
-    moves = _moves_of_camera(scenario)
-    if moves:
-        parts["camera"] = scenario.camera.model_copy(update=moves)
-    if dials.illumination is not None:
-        lit = {"illumination": dials.illumination}
-        parts["light"] = scenario.light.model_copy(update=lit)
-    ready = scenario.model_copy(update=parts) if parts else scenario
-    if ready.imaging.height_px > _TALLEST_PX:
-        raise ScenarioError(
-            f"{scenario.name}: dials.resolution {dials.resolution} makes the picture "
-            f"{ready.imaging.height_px} px high, wanted at most {_TALLEST_PX}"
-        )
-    rate = dials.frame_rate_hz
-    if rate is None:
-        return ready
-    told = ready.retimed(rate, keep_every=1)
-    if told.frames < _LEAST_FRAMES:
-        raise ScenarioError(
-            f"{scenario.name}: dials.frame_rate_hz {rate:g} leaves {told.frames} frame "
-            f"of a story of {scenario.duration_s:.2f} s, wanted at least "
-            f"{_LEAST_FRAMES}: make the story longer (frames)"
-        )
-    return told
-
-
-def _moves_of_camera(scenario: Scenario) -> dict[str, float]:
-    """Return how far the camera shakes and strays, as dials ask.
-
-    What strays by so many pixels strays by as much of a picture of another size.
-    """
-    dials, camera = scenario.dials, scenario.camera
+    dials = scenario.dials
+    changes: dict[str, dict[str, float]] = {"imaging": {}, "camera": {}, "light": {}}
+    for dial, (part, key) in _SETTINGS.items():
+        if (value := getattr(dials, dial)) is not None:
+            changes[part][key] = value
     scale = (dials.resolution or scenario.imaging.width_px) / scenario.imaging.width_px
-    moves = {}
     if scale != 1.0:
-        moves["wander_px"] = camera.wander_px * scale
-        moves["vibration_px"] = camera.vibration_px * scale
-    if dials.vibration_px is not None:
-        moves["vibration_px"] = dials.vibration_px
-    return moves
+        for key in ("wander_px", "vibration_px"):
+            changes["camera"].setdefault(key, getattr(scenario.camera, key) * scale)
+        height = max(48, round(scenario.imaging.height_px * scale))
+        changes["imaging"]["height_px"] = height
+        if height > _MAX_HEIGHT_PX:
+            raise ScenarioError(
+                f"{scenario.name}: dials.resolution {dials.resolution} makes the "
+                f"picture {height} px high, expected at most {_MAX_HEIGHT_PX}"
+            )
+    ready = scenario.model_copy(
+        update={
+            part: getattr(scenario, part).model_copy(update=update)
+            for part, update in changes.items()
+        }
+    )
+    return (
+        ready if dials.frame_rate_hz is None else _at_rate(ready, dials.frame_rate_hz)
+    )
 
 
-def most_frames(scenario: Scenario) -> int:
-    """Return the most frames that filming may have to make, takes that fail included.
+def _at_rate(scenario: Scenario, frame_rate_hz: float) -> Scenario:
+    ready = scenario.with_frame_rate(frame_rate_hz, keep_every=1)
+    if ready.frames < _MIN_FRAMES:
+        raise ScenarioError(
+            f"{scenario.name}: dials.frame_rate_hz {frame_rate_hz:g} leaves "
+            f"{ready.frames} frame of {scenario.duration_s:.2f} s, expected at least "
+            f"{_MIN_FRAMES}: increase frames"
+        )
+    return ready
+
+
+def max_rendered_frames(scenario: Scenario) -> int:
+    """Return the most frames that rendering may need, failed attempts included.
 
     Examples
     --------
     >>> import simbench
     >>> smoke = simbench.load_scenario("smoke")
-    >>> most_frames(smoke), most_frames(smoke.with_dials({"occlusion.hidden": 0.5}))
-    (24, 72)
+    >>> max_rendered_frames(smoke)
+    24
+    >>> max_rendered_frames(smoke.with_dials({"occlusion.hidden": 0.5}))
+    72
     """
     dials = scenario.dials
-    frames = set_up(scenario).frames
+    frames = apply_direct_dials(scenario).frames
     if dials.displacement_px is not None:
-        frames = max(frames, MOST_FRAMES)
-    return frames * (1 if dials.occlusion is None else TAKES)
+        frames = max(frames, MAX_FRAMES)
+    return frames * (1 if dials.occlusion is None else MAX_ATTEMPTS)
 
 
 def _settings(scenario: Scenario) -> dict[str, float]:
-    """Repeat, of the dials that were asked for, what the camera was set to."""
-    imaging, dials = scenario.imaging, scenario.dials
+    """Return the settings of the camera that dials request."""
     values = {
-        "noise": imaging.noise,
-        "jpeg_quality": imaging.jpeg_quality,
-        "contrast": imaging.contrast,
-        "illumination": scenario.light.illumination,
-        "vibration_px": scenario.camera.vibration_px,
-        "resolution": imaging.width_px,
-        "frame_rate_hz": 1.0 / imaging.interval_s,
-    }
-    asked = dials.flat()
+        dial: getattr(getattr(scenario, part), key)
+        for dial, (part, key) in _SETTINGS.items()
+    } | {"frame_rate_hz": 1.0 / scenario.imaging.interval_s}
+    requested = scenario.dials.flat()
     return {
         name: float(value)
         for name, value in values.items()
-        if name in asked and value is not None
+        if name in requested and value is not None
     }
 
 
-def missed(dials: Dials, achieved: dict[str, float]) -> dict[str, float]:
-    """Return by how much dials were missed: achieved less requested, where too far."""
-    asked = dials.flat()
-    found = {}
-    for name, (share, number) in TOLERANCE.items():
-        if name not in asked:
-            continue
-        off = achieved[name] - asked[name]
-        if not abs(off) <= share * asked[name] + number + 1e-9:
-            found[name] = off
-    if asked.get("occlusion.hidden", 1.0) <= _NOTHING:
-        # what is not hidden has no occlusions to count
-        found.pop("occlusion.frames", None)
-        found.pop("occlusion.count", None)
-    return found
+def missed_dials(dials: Dials, achieved: dict[str, float]) -> dict[str, float]:
+    """Return achieved less requested value of the dials outside their tolerance."""
+    requested = dials.flat()
+    missed = {}
+    for name, (share, constant) in TOLERANCE.items():
+        if name in requested:
+            off = achieved[name] - requested[name]
+            if not abs(off) <= share * requested[name] + constant + 1e-9:
+                missed[name] = off
+    if requested.get("occlusion.hidden", 1.0) <= _MIN_PEAK:
+        # without occlusion there are none to count
+        missed.pop("occlusion.frames", None)
+        missed.pop("occlusion.count", None)
+    return missed

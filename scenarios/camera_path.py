@@ -1,8 +1,9 @@
-"""The camera's path: where it stands in every frame and where it looks."""
+"""Camera path: position and orientation of the camera in every frame."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +30,9 @@ def camera_path(
     scenario : Scenario
     line : Line
     trajectories : Trajectories
-        Of the same scenario; a camera that follows or pans keeps to its target.
+        Of the same scenario; a camera that follows or pans depends on its target.
     rng : numpy.random.Generator
-        Source of the vibration, and of where a wandering aim begins.
+        Source of the vibration, and of the phase of the wander.
 
     Returns
     -------
@@ -45,7 +46,7 @@ def camera_path(
         raise ScenarioError(
             f"{scenario.name}: camera.look_at must differ from camera.position"
         )
-    # first: where the aim begins must not hang on how many frames there are
+    # wander first: its phase must not depend on the number of frames
     wander = _wander(view, trajectories.times, rng)
     shake = _shake(scenario, trajectories.times, rng)
     shake[:, :2] += wander
@@ -62,28 +63,21 @@ def camera_path(
         )
         turn = _small_rotation(down / steady.focal_px, -right / steady.focal_px)
         rotation = turn @ steady.rotation
-        cameras.append(
-            Camera(
-                steady.matrix, rotation, -rotation @ eye, steady.width, steady.height
-            )
-        )
+        cameras.append(replace(steady, rotation=rotation, translation=-rotation @ eye))
     return tuple(cameras)
 
 
 def _shifts(
     view: CameraSettings, line: Line, trajectories: Trajectories
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far along the road the camera and its aim have moved, (T,) m each."""
+    """Return the displacements of camera and aim along the road, (T,) m each."""
     times = trajectories.times
-    still = np.zeros(len(times))
-    if view.motion == "still":
-        return still, still
-    if view.motion == "drive":
+    if view.motion in ("still", "drive"):
         driven = (view.speed_mps or 0.0) * times
         return driven, driven
     target = line.locate(trajectories.positions[:, trajectories.target])[:, 0]
     if view.motion == "pan":
-        return still, target
+        return np.zeros(len(times)), target
     phase = 2.0 * math.pi * times / view.sway_period_s
     follower = target - view.sway_m * np.sin(phase)
     return follower, follower
@@ -92,20 +86,20 @@ def _shifts(
 def place_points(
     line: Line, place: Place, shift: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where a place is, (T, 3) m, moved along the line by (T,) metres."""
+    """Return a place, (T, 3) m, displaced along the line by (T,) metres."""
     if place.x_m is not None and place.y_m is not None:
-        spot = line.map_point(place.x_m, place.y_m, place.height_m)
-        return np.tile(spot, (len(shift), 1))
+        point = line.map_point(place.x_m, place.y_m, place.height_m)
+        return np.tile(point, (len(shift), 1))
     return line.point(place.along_m + shift, place.lateral_m, place.height_m)
 
 
 def _shake(
     scenario: Scenario, times: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw a shake of the picture: right and down [px], roll [rad], (T, 3).
+    """Sample the vibration of the picture: right and down [px], roll [rad], (T, 3).
 
     A first-order autoregressive process with the correlation time of the vibration,
-    sampled at the frames: at low frame rates successive frames shake independently.
+    sampled at the frames: at low frame rates successive frames are independent.
     """
     view = scenario.camera
     noise = rng.standard_normal((len(times), 3))
@@ -116,7 +110,7 @@ def _shake(
         fresh = math.sqrt(1.0 - keep**2) * noise[index]
         shake[index] = keep * shake[index - 1] + fresh
     scale = view.vibration_px
-    # Roll is such that a corner of the picture moves a quarter of what its middle does.
+    # the roll moves a corner by a quarter of the displacement of the middle
     corner = math.hypot(scenario.imaging.width_px, scenario.imaging.height_px) / 2.0
     return shake * [scale, scale, scale / 4.0 / corner]
 
@@ -124,18 +118,17 @@ def _shake(
 def _wander(
     view: CameraSettings, times: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return how far a straying aim moves the picture: right and down [px], (T, 2).
+    """Return the displacement of the picture by wander: right and down [px], (T, 2).
 
-    The aim circles on an ellipse, as a hand that keeps overshooting does: it never
-    rests, so that every frame moves the picture.
+    The aim moves on an ellipse, so that every frame displaces the picture.
     """
     if view.wander_px == 0:
         return np.zeros((len(times), 2))
     start = rng.uniform(0.0, 2.0 * math.pi)
     phase = start + 2.0 * math.pi * times / view.wander_period_s
     ellipse = np.stack([np.cos(phase), view.wander_shape * np.sin(phase)], axis=-1)
-    moved: NDArray[np.float64] = view.wander_px * ellipse
-    return moved
+    displacement: NDArray[np.float64] = view.wander_px * ellipse
+    return displacement
 
 
 def _small_rotation(about_x: float, about_y: float) -> NDArray[np.float64]:

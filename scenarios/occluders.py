@@ -1,4 +1,4 @@
-"""Things in the way: where the scenario's occluders stand in the road frame."""
+"""Placement of the scenario's occluders in the road frame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["PlacedOccluder", "place_occluders"]
 
 @dataclass(frozen=True, slots=True)
 class PlacedOccluder:
-    """An occluder and where it stands.
+    """An occluder with its pose in the road frame.
 
     Attributes
     ----------
@@ -28,17 +28,17 @@ class PlacedOccluder:
     base : (3,) float, m
         Foot in the road frame.
     heading : float, rad
-        Which way it stands, counter-clockwise from x: along the road; a sign on the
-        line of sight turns its back on the target, to be seen full face.
+        Counter-clockwise from x: along the road; for a sign on the line of sight, from
+        the camera to the target, so that the camera sees its full face.
     width, height : float, m
-        Of the part that hides: a pole's diameter, a sign's panel, a tree's crown, a
-        gantry's beam (its depth), and the height of the whole.
+        Width of the occluding part: a pole's diameter, a sign's panel, a tree's crown,
+        the depth of a gantry's beam; and height of the whole.
     sight_height : float or None, m
-        Height above the foot at which the line of sight passes; None where the
-        occluder was placed on the map.
+        Height of the line of sight above the foot; None if the occluder was placed in
+        road coordinates.
     panel, rise : float, m
-        Height of a sign's panel, and how far its middle is from the line of sight,
-        square to its long side.
+        Height of a sign's panel, and distance of its middle from the line of sight,
+        perpendicular to its long side.
     tilt : float, rad
         Of a sign's panel, counter-clockwise as seen from behind it.
     """
@@ -60,87 +60,83 @@ def place_occluders(
     trajectories: Trajectories,
     cameras: tuple[Camera, ...],
 ) -> tuple[PlacedOccluder, ...]:
-    """Place a scenario's occluders, those on the map before those on the line of sight.
+    """Place a scenario's occluders, those in road coordinates first.
 
     Raises
     ------
     ScenarioError
-        If a line of sight is asked for at a time outside the story, or farther from
-        the camera than the target is then.
+        If the time of a line of sight is after the last frame, or the distance from
+        the camera is more than the target's.
     """
-    return tuple(
-        _on_map(occluder, line)
+    placed = [
+        _on_road(occluder, line)
+        for occluder in scenario.occluders
         if occluder.hides_at_s is None
-        else _on_sight(number, scenario, line, trajectories, cameras)
-        for number, occluder in sorted(
-            enumerate(scenario.occluders),
-            key=lambda told: told[1].hides_at_s is not None,
-        )
-    )
+    ]
+    for number, occluder in enumerate(scenario.occluders):
+        if occluder.hides_at_s is not None:
+            key = f"{scenario.name}: occluders.{number}"
+            placed.append(_on_sight(occluder, key, line, trajectories, cameras))
+    return tuple(placed)
 
 
-def _on_map(occluder: Occluder, line: Line) -> PlacedOccluder:
+def _on_road(occluder: Occluder, line: Line) -> PlacedOccluder:
     along, lateral = occluder.along_m or 0.0, occluder.lateral_m or 0.0
     heading = float(line.heading_at(along))
-    base = line.point(along, lateral)
-    return PlacedOccluder(
-        occluder.kind,
-        base,
-        heading,
-        occluder.width_m,
-        occluder.height_m,
-        None,
-        _panel(occluder),
-        0.0,
-        occluder.tilt_rad,
-    )
-
-
-def _panel(occluder: Occluder) -> float:
-    return 0.7 * occluder.width_m if occluder.panel_m is None else occluder.panel_m
+    return _placed(occluder, line.point(along, lateral), heading, None)
 
 
 def _on_sight(
-    number: int,
-    scenario: Scenario,
+    occluder: Occluder,
+    key: str,
     line: Line,
     trajectories: Trajectories,
     cameras: tuple[Camera, ...],
 ) -> PlacedOccluder:
-    occluder = scenario.occluders[number]
-    at = occluder.hides_at_s or 0.0
+    time = occluder.hides_at_s or 0.0
     distance = occluder.distance_m or 0.0
-    key = f"{scenario.name}: occluders.{number}"
-    if at > trajectories.times[-1]:
+    last = trajectories.times[-1]
+    if time > last:
         raise ScenarioError(
-            f"{key}.hides_at_s must be at most {trajectories.times[-1]:.2f} s, the "
-            f"last frame, got {at:g}"
+            f"{key}.hides_at_s must be at most {last:.2f} s, the last frame, got "
+            f"{time:g}"
         )
-    frame = int(np.argmin(np.abs(trajectories.times - at)))
+    frame = int(np.argmin(np.abs(trajectories.times - time)))
     vehicle = trajectories.vehicles[trajectories.target]
     body = trajectories.positions[frame, trajectories.target].copy()
     body[2] += vehicle.height / 2.0
     eye = cameras[frame].position
     reach = float(np.linalg.norm(body[:2] - eye[:2]))
-    before = reach - float(np.hypot(vehicle.length, vehicle.width)) / 2.0
-    if distance > before:
+    limit = reach - float(np.hypot(vehicle.length, vehicle.width)) / 2.0
+    if distance > limit:
         raise ScenarioError(
-            f"{key}.distance_m must be less than {before:.1f} m, where the target "
-            f"is at {at:g} s, got {distance:g}"
+            f"{key}.distance_m must be less than {limit:.1f} m, where the target is "
+            f"at {time:g} s, got {distance:g}"
         )
     sight = eye + (body - eye) * (distance / reach)
     along, lateral = line.locate(sight[None])[0]
     base = line.point(along, lateral)
-    faces_camera = occluder.kind == "sign"
-    view = math.atan2(body[1] - eye[1], body[0] - eye[0])
+    heading = float(line.heading_at(along))
+    if occluder.kind == "sign":
+        heading = math.atan2(body[1] - eye[1], body[0] - eye[0])
+    return _placed(occluder, base, heading, float(sight[2] - base[2]))
+
+
+def _placed(
+    occluder: Occluder,
+    base: NDArray[np.float64],
+    heading: float,
+    sight_height: float | None,
+) -> PlacedOccluder:
+    panel = occluder.panel_m
     return PlacedOccluder(
-        occluder.kind,
-        base,
-        view if faces_camera else float(line.heading_at(along)),
-        occluder.width_m,
-        occluder.height_m,
-        float(sight[2] - base[2]),
-        _panel(occluder),
-        occluder.rise_m,
-        occluder.tilt_rad,
+        kind=occluder.kind,
+        base=base,
+        heading=heading,
+        width=occluder.width_m,
+        height=occluder.height_m,
+        sight_height=sight_height,
+        panel=0.7 * occluder.width_m if panel is None else panel,
+        rise=occluder.rise_m,
+        tilt=occluder.tilt_rad,
     )

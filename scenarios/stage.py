@@ -1,4 +1,4 @@
-"""Everything the camera needs to film: road, trajectories, occluders, camera path."""
+"""Simulated scenario instance: line, trajectories, occluders and camera path."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.simulate import simulate
 from simbench.scenarios.network.shapes import Network
-from simbench.scenarios.network.simulate import drive_network
+from simbench.scenarios.network.simulate import simulate_network
 from simbench.scenarios.occluders import PlacedOccluder, place_occluders
 from simbench.scenarios.schema import Floor, Scenario, SumoRoad
 from simbench.scenarios.schema.seeds import generator
@@ -22,21 +22,21 @@ __all__ = ["Stage", "build_stage"]
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """A scenario brought to life with one seed, ready to be filmed.
+    """A scenario simulated with one seed, ready to be rendered.
 
     Attributes
     ----------
     scenario : Scenario
     seed : int
     line : Line
-        Along which the scenario's places are told.
+        Reference of the scenario's road coordinates.
     trajectories : Trajectories
         At the T times of the kept frames.
     cameras : tuple of T Camera
     occluders : tuple of PlacedOccluder
     network : Network or None
-        The SUMO network it plays on, in coordinates of its own: the road frame begins
-        at ``line.map_origin``.
+        The SUMO network, in its own coordinates: the origin of the road frame is
+        ``line.map_origin``.
     """
 
     scenario: Scenario
@@ -57,7 +57,7 @@ def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     seed : int
         Seed of the run, at least 0.
     skip : int
-        Draws of the traffic to pass over because they were found unfit later.
+        Traffic attempts to skip because they were rejected later.
 
     Raises
     ------
@@ -66,23 +66,23 @@ def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     TrafficError
         If no plausible traffic was found.
     """
-    line, trajectories, network = _play(scenario, seed, skip)
+    line, trajectories, network = _simulated(scenario, seed, skip)
     rng = generator(scenario, seed, "vibration")
     cameras = camera_path(scenario, line, trajectories, rng)
     occluders = place_occluders(scenario, line, trajectories, cameras)
     return Stage(scenario, seed, line, trajectories, cameras, occluders, network)
 
 
-def _play(
+def _simulated(
     scenario: Scenario, seed: int, skip: int
 ) -> tuple[Line, Trajectories, Network | None]:
-    """Let it happen where the scenario says."""
+    """Return reference line, trajectories and, if there is one, SUMO network."""
     if isinstance(scenario.road, Floor):
         plan = scenario.road.floor
         reach = plan.length_m + plan.width_m + 1000.0
         return Line.straight(reach), simulate_balls(scenario, seed, skip=skip), None
     if isinstance(scenario.road, SumoRoad):
-        drive = drive_network(scenario, seed, skip=skip)
+        drive = simulate_network(scenario, seed, skip=skip)
         return drive.line, drive.trajectories, drive.network
     line = RoadLine.from_road(scenario.carriageway)
     return line, simulate(scenario, line, seed, skip=skip), None

@@ -29,7 +29,7 @@ HIDDEN_FROM = {room: {"trackers"} for room in ("render", "datasets", "generation
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 ONLY_THERE = {
     "distributed": {"simbench.runtime.cluster"},
-    "fsspec": {"simbench.datasets.remote_store"},
+    "fsspec": {"simbench.datasets.store"},
     "libsumo": {
         "simbench.scenarios.network.sumo_process",
         "simbench.scenarios.highway.sumo_process",
@@ -43,7 +43,7 @@ ONLY_THERE = {
         "simbench.render.gl.batches",
         "simbench.render.gl.framebuffers",
         "simbench.render.gl.offscreen",
-        "simbench.render.gl.pyrender_camera",
+        "simbench.render.gl.scene_renderer",
         "simbench.render.gl.shader_programs",
         "simbench.render.gl.textures",
     },

@@ -1,4 +1,4 @@
-"""A sequence small enough to check by head, with every part of the truth filled in."""
+"""A tiny hand-checkable sequence with every part of the ground truth filled in."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from simbench.core.trajectories import LaneChange, Vehicle
 
 WIDTH, HEIGHT = 32, 24
 LEFT, TOP, SIDE, STEP = 4, 6, 8, 2
-"""The block in frame 0, its size and its move a frame, all in px."""
+"""Position of the block in frame 0, its side and its step per frame, all in px."""
 
 
 def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequence:
-    """Return ``frames`` pictures of a red block on grey that moves right."""
+    """Return ``frames`` images of a red block on grey that moves right."""
     lefts = LEFT + STEP * np.arange(frames)
     boxes = np.stack(
         [lefts, np.full(frames, TOP), *np.full((2, frames), SIDE)], axis=1
     ).astype(np.float64)
-    pictures = [_picture(left) for left in lefts.tolist()]
+    images = [_image(left) for left in lefts.tolist()]
     times = np.arange(frames) / 25.0
     displacement = np.full(frames, float(STEP))
     displacement[0] = np.nan
@@ -31,7 +31,7 @@ def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequ
         name=name,
         frames=[
             Frame(p, float(t), i)
-            for i, (p, t) in enumerate(zip(pictures, times, strict=True))
+            for i, (p, t) in enumerate(zip(images, times, strict=True))
         ],
         truth=Truth(
             boxes=boxes,
@@ -41,7 +41,7 @@ def tiny_sequence(frames: int = 8, *, name: str = "tiny", seed: int = 3) -> Sequ
             cut_by_image=boxes[:, 0] + SIDE > WIDTH,
             displacement_px=displacement,
             occluders=("pole", *[""] * (frames - 1)),
-            vehicles=_vehicles(boxes, pictures),
+            vehicles=_vehicles(boxes, images),
         ),
         width=WIDTH,
         height=HEIGHT,
@@ -63,7 +63,7 @@ def _camera(sway: float) -> Camera:
     return Camera.look_at(eye, target, fov_rad=0.6, width=WIDTH, height=HEIGHT)
 
 
-def _picture(left: int) -> NDArray[np.uint8]:
+def _image(left: int) -> NDArray[np.uint8]:
     rng = np.random.default_rng(left)
     image = rng.integers(110, 130, (HEIGHT, WIDTH, 3), dtype=np.uint8)
     image[TOP : TOP + SIDE, left : left + SIDE] = (200, 20, 10)
@@ -73,10 +73,10 @@ def _picture(left: int) -> NDArray[np.uint8]:
 
 def _vehicles(
     boxes: NDArray[np.float64],
-    pictures: list[NDArray[np.uint8]],
+    images: list[NDArray[np.uint8]],
 ) -> VehicleTruth:
     count = len(boxes)
-    seen = np.stack([boxes, np.full((count, 4), np.nan)], axis=1)
+    amodal = np.stack([boxes, np.full((count, 4), np.nan)], axis=1)
     steps = np.arange(count, dtype=np.float64)
     return VehicleTruth(
         vehicles=(
@@ -84,12 +84,12 @@ def _vehicles(
             Vehicle("other", "truck", 7.1, 2.4, 2.4, (0, 0, 255)),
         ),
         ids=np.array([1, 2]),
-        boxes=seen,
-        visible_boxes=seen.copy(),
+        boxes=amodal,
+        visible_boxes=amodal.copy(),
         visible_px=np.stack([np.full(count, 64.0), np.zeros(count)], axis=1),
         depths=np.stack([20.0 + steps, 40.0 + steps], axis=1),
         positions=np.stack([np.stack([steps, 0 * steps, 0 * steps], 1)] * 2, axis=1),
         headings=np.zeros((count, 2)),
-        masks=tuple({1: Mask.from_array(p[..., 0] == 200)} for p in pictures),
+        masks=tuple({1: Mask.from_array(p[..., 0] == 200)} for p in images),
         speeds=np.full((count, 2), 25.0),
     )

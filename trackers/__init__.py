@@ -1,1 +1,1 @@
-"""Who follows: particle filters and the floor that every score must beat."""
+"""Trackers: particle filters, OpenCV's trackers, and `Still`, the baseline."""

@@ -1,24 +1,26 @@
-"""From what a user writes to a tracker: entry points, classes, OpenCV's names."""
+"""Look-up of trackers by specification: entry points, classes, OpenCV's trackers."""
 
 from __future__ import annotations
 
+import ast
 import difflib
+import functools
 import importlib
 import inspect
 import typing
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from simbench.core.errors import TrackerError
-from simbench.core.one_line import one_line
+from simbench.core.errors import TrackerError, one_line
 from simbench.core.tracker import Tracker
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
 
-__all__ = ["ENTRY_POINT_GROUP", "TrackerSpec", "available_trackers", "find_tracker"]
+__all__ = ["ENTRY_POINT_GROUP", "TrackerSpec", "find_tracker", "list_trackers"]
 
 ENTRY_POINT_GROUP = "simbench.trackers"
 _OPENCV_PREFIX = "opencv:"
@@ -26,12 +28,12 @@ _OPENCV_PREFIX = "opencv:"
 
 @dataclass(frozen=True, slots=True)
 class TrackerSpec:
-    """A tracker by name and parameters: plain data, so that workers can make it.
+    """A tracker by name and parameters, as plain data that worker processes can use.
 
     Attributes
     ----------
     label : str
-        What tables and plots call it.
+        Name in tables and plots.
     name : str
         Entry point, ``module:Class`` or ``opencv:NAME``.
     parameters : mapping from str to value
@@ -44,7 +46,7 @@ class TrackerSpec:
 
     @property
     def module(self) -> str:
-        """Dotted name of the module that the name leads to."""
+        """Dotted name of the module that defines the tracker."""
         entry = _entries().get(self.name)
         if entry is not None:
             return entry.module
@@ -58,7 +60,7 @@ class TrackerSpec:
         Raises
         ------
         TrackerError
-            If the name or a parameter cannot be used, or the tracker's own code raises.
+            If the name or a parameter is invalid, or the tracker's own code raises.
         """
         factory = _factory(self.name)
         accepted = _accepted_parameters(factory)
@@ -70,7 +72,7 @@ class TrackerSpec:
             raise TrackerError(f"tracker {self.label}: {error}") from error
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # foreign code may raise anything
+        except BaseException as error:  # third-party code may raise anything
             reason = one_line(error)
             raise TrackerError(f"tracker {self.label} not made: {reason}") from error
         if not isinstance(tracker, Tracker):
@@ -89,8 +91,7 @@ def find_tracker(spec: str) -> TrackerSpec:
     spec : str
         NAME is an entry point of the group ``simbench.trackers``, ``module:Class``, or
         a tracker of OpenCV as ``opencv:KCF`` or ``KCF``. Values are read as YAML:
-        numbers, true and false, or text. The label is the whole spec where none is
-        given.
+        numbers, true and false, or text. Without LABEL, the label is the whole spec.
 
     Returns
     -------
@@ -115,30 +116,51 @@ def find_tracker(spec: str) -> TrackerSpec:
         )
     parameters = dict(_setting(text, spec) for text in settings)
     found = TrackerSpec(label or spec, _resolved(name), parameters)
-    found.make()  # a wrong parameter is the user's to mend now, not a worker's later
+    found.make()  # report a wrong parameter now, not later in a worker
     return found
 
 
-def available_trackers() -> dict[str, str]:
-    """Return every name that `find_tracker` knows, with one line about each.
+def list_trackers() -> dict[str, str]:
+    """Return every name that `find_tracker` knows, with a one-line description.
 
     Returns
     -------
     dict from str to str
         Entry points first, sorted, then OpenCV's; the line is the first of the
-        docstring, or says why the tracker cannot be loaded.
+        docstring, or the reason why the tracker cannot be loaded.
+
+    Examples
+    --------
+    >>> list_trackers()["still"]
+    'Baseline that repeats the first box in every frame.'
     """
-    lines: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     for name, entry in sorted(_entries().items()):
         try:
-            lines[name] = _first_line(entry.load())
+            text = _own_docstring(entry) or inspect.getdoc(entry.load())
+            descriptions[name] = (text or "no description").splitlines()[0]
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a broken plug-in must not hide the others
-            lines[name] = f"cannot be loaded: {one_line(error)}"
+            descriptions[name] = f"cannot be loaded: {one_line(error)}"
     for name in opencv_tracker_names():
-        lines[f"{_OPENCV_PREFIX}{name}"] = f"OpenCV's {name} tracker, as it comes."
-    return lines
+        descriptions[_OPENCV_PREFIX + name] = f"OpenCV's {name}, default parameters."
+    return descriptions
+
+
+def _own_docstring(entry: EntryPoint) -> str | None:
+    """Return the docstring of one of simbench's trackers without importing it.
+
+    An import would load compiled kernels, which takes seconds.
+    """
+    package, _, module = entry.module.rpartition(".")
+    if package != __package__:
+        return None
+    source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == entry.attr:
+            return ast.get_docstring(node)
+    return None
 
 
 def _entries() -> dict[str, EntryPoint]:
@@ -159,12 +181,12 @@ def _setting(text: str, spec: str) -> tuple[str, Any]:
 
 
 def _resolved(name: str) -> str:
-    """Return a name with OpenCV's bare names made explicit."""
+    """Return a name with the prefix added to a bare name of OpenCV's."""
     if name in _entries() or ":" in name:
         return name
     if name in opencv_tracker_names():
         return f"{_OPENCV_PREFIX}{name}"
-    known = list(available_trackers())
+    known = list(list_trackers())
     raise TrackerError(
         f"no tracker {name!r}; there are: {', '.join(known)}, or module:Class"
         f"{_closest(name, known)}"
@@ -172,15 +194,11 @@ def _resolved(name: str) -> str:
 
 
 def _factory(name: str) -> Callable[..., Any]:
-    """Return what makes the tracker of a resolved name."""
+    """Return the callable that makes the tracker of a resolved name."""
     entry = _entries().get(name)
     if entry is None and name.startswith(_OPENCV_PREFIX):
-        wanted = name.removeprefix(_OPENCV_PREFIX)
-
-        def opencv() -> OpenCvTracker:
-            return OpenCvTracker(wanted)
-
-        return opencv
+        return functools.partial(OpenCvTracker, name.removeprefix(_OPENCV_PREFIX))
+    factory: Callable[..., Any]
     try:
         if entry is not None:
             factory = entry.load()
@@ -193,24 +211,25 @@ def _factory(name: str) -> Callable[..., Any]:
         reason = one_line(error)
         raise TrackerError(f"tracker {name} cannot be loaded: {reason}") from error
     if not callable(factory):
-        raise TrackerError(
-            f"tracker {name} must be a class or function, is no callable"
-        )
-    made: Callable[..., Any] = factory
-    return made
+        raise TrackerError(f"tracker {name} must be a callable, got {factory!r}"[:300])
+    return factory
 
 
 def _accepted_parameters(factory: Callable[..., Any]) -> dict[str, Any]:
     """Return the keyword parameters of a factory and their defaults.
 
-    A function that takes ``**parameters`` is read as handing them to the class that
+    A function that takes ``**parameters`` is assumed to pass them to the class that
     its return annotation names.
     """
     try:
         parameters = inspect.signature(factory).parameters.values()
         passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters)
         made = typing.get_type_hints(factory).get("return") if passes_on else None
-    except (NameError, TypeError, ValueError):  # some compiled classes do not tell
+    except (
+        NameError,
+        TypeError,
+        ValueError,
+    ):  # some compiled classes have no signature
         return {}
     if inspect.isclass(made):
         return _accepted_parameters(made)
@@ -221,31 +240,24 @@ def _accepted_parameters(factory: Callable[..., Any]) -> dict[str, Any]:
 def _check_parameter(
     name: str, parameter: str, value: Any, accepted: Mapping[str, Any]
 ) -> None:
-    """Refuse a parameter that is unknown, or a word where a number is the default."""
+    """Raise if a parameter is unknown, or its type is not that of its default."""
     if parameter not in accepted:
         raise TrackerError(
             f"tracker {name} has no parameter {parameter!r}; it accepts: "
             f"{', '.join(accepted) or 'none'}{_closest(parameter, list(accepted))}"
         )
-    default = accepted[parameter]
-    for kind, wanted in ((bool, bool), (int, int), (float, (int, float))):
-        if type(default) is kind:
-            # True is an int to Python, and never meant as a number by a user.
-            fits = isinstance(value, wanted) and isinstance(value, bool) == (
-                kind is bool
-            )
-            if not fits:
-                raise TrackerError(
-                    f"tracker {name}: {parameter} must be {kind.__name__}, "
-                    f"got {value!r}"
-                )
-
-
-def _first_line(made: Any) -> str:
-    return (inspect.getdoc(made) or "no description").splitlines()[0]
+    kind = type(accepted[parameter])
+    if kind not in (bool, int, float):
+        return
+    expected = (int, float) if kind is float else kind
+    # True is an int to Python, but users never mean it as a number.
+    if not isinstance(value, expected) or isinstance(value, bool) != (kind is bool):
+        raise TrackerError(
+            f"tracker {name}: {parameter} must be {kind.__name__}, got {value!r}"
+        )
 
 
 def _closest(word: str, known: list[str]) -> str:
-    """Return a hint at the nearest known word, or nothing."""
+    """Return a suggestion of the most similar known word, or an empty string."""
     matches = difflib.get_close_matches(word, known, n=1)
     return f"; did you mean {matches[0]}?" if matches else ""

@@ -1,4 +1,4 @@
-"""OpenCV's own trackers behind our contract, whichever the installed build has."""
+"""OpenCV's own trackers, as far as the installed build has them, as a `Tracker`."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from simbench.core.tracker import Estimate
 
 __all__ = ["OpenCvTracker", "opencv_tracker_names"]
 
-SMALLEST_SIDE_PX = 16  # MIL looks for room for its features for ever in less
-MARGIN_PX = 8  # and wants places off the target to learn from
-# Trackers that need a network file cannot be made by name alone.
+MIN_SIDE_PX = 16  # in a smaller box MIL never finishes placing its features
+MARGIN_PX = 8  # MIL also samples negative examples beside the target
+# Trackers that need a network file cannot be made from their name alone.
 _NEED_MODELS = {"DaSiamRPN", "GOTURN", "Nano", "Vit"}
 
 
@@ -36,7 +36,7 @@ def opencv_tracker_names() -> list[str]:
 
 
 class OpenCvTracker:
-    """A tracker of OpenCV, made by name with its default parameters.
+    """A tracker of OpenCV by name, with its default parameters.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ class OpenCvTracker:
 
     Notes
     -----
-    A frame in which OpenCV reports a failure repeats the last box with confidence 0;
-    otherwise confidence is 1, for these trackers state none. Runs repeat for trackers
-    that draw from OpenCV's generator or not at all; MIL seeds its features from the
-    clock, so that two runs of it may differ.
+    In a frame in which OpenCV reports a failure the last box is repeated with
+    confidence 0; otherwise confidence is 1, since these trackers give none. Runs are
+    reproducible for trackers that use OpenCV's generator or no randomness; MIL seeds
+    its features from the clock, so that two runs of it may differ.
     """
 
     def __init__(self, name: str) -> None:
@@ -62,15 +62,15 @@ class OpenCvTracker:
         self._create = _creator(name)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
-        """Start on a frame in which ``box`` (px) bounds the target."""
-        # Those that draw numbers take no generator, only this global seed.
+        """Initialise on a frame in which ``box`` (px) bounds the target."""
+        # OpenCV takes no generator, only this global seed.
         cv2.setRNGSeed(int(rng.integers(2**31)))
         self._box = box
         self._tracker = self._create()
         self._tracker.init(_to_bgr(frame), _inside(box, frame))
 
     def update(self, frame: Frame) -> Estimate:
-        """Return where the target is in the next frame."""
+        """Return the estimate of the target in the next frame."""
         found, row = self._tracker.update(_to_bgr(frame))
         if found and np.all(np.isfinite(row)):
             self._box = Box.from_array(row)
@@ -93,9 +93,9 @@ def _creator(name: str) -> Any:  # Any: OpenCV's stubs lack the legacy module
     if plain == name:
         modules.insert(0, cv2)
     for module in modules:
-        made = getattr(getattr(module, f"Tracker{plain}", None), "create", None)
-        if made is not None and plain not in _NEED_MODELS:
-            return made
+        create = getattr(getattr(module, f"Tracker{plain}", None), "create", None)
+        if create is not None and plain not in _NEED_MODELS:
+            return create
     known = ", ".join(opencv_tracker_names()) or "none"
     raise TrackerError(
         f"OpenCV {cv2.__version__} as installed has no tracker {plain!r}; it has: "
@@ -103,15 +103,15 @@ def _creator(name: str) -> Any:  # Any: OpenCV's stubs lack the legacy module
     )
 
 
-def _to_bgr(frame: Frame) -> Any:  # Any: OpenCV's stubs have arrays of their own
+def _to_bgr(frame: Frame) -> Any:  # Any: OpenCV's stubs define their own arrays
     return cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)
 
 
 def _inside(box: Box, frame: Frame) -> tuple[int, int, int, int]:
-    """Return a box in whole pixels that OpenCV can start on.
+    """Return a box in whole pixels, ``left, top, width, height``, to initialise on.
 
-    It lies in the image with a margin to sample in, and has `SMALLEST_SIDE_PX` at
-    least, about the same centre.
+    It is inside the image with a margin of `MARGIN_PX`, has sides of at least
+    `MIN_SIDE_PX`, and about the same centre.
     """
     height, width = frame.image.shape[:2]
     left, columns = _span(box.left, box.width, width)
@@ -121,6 +121,6 @@ def _inside(box: Box, frame: Frame) -> tuple[int, int, int, int]:
 
 def _span(start: float, extent: float, limit: int) -> tuple[int, int]:
     """Return the start and extent of one side in whole pixels within ``limit``."""
-    wanted = min(max(round(extent), SMALLEST_SIDE_PX), limit - 2 * MARGIN_PX)
-    low = round(start + extent / 2.0 - wanted / 2.0)
-    return min(max(low, MARGIN_PX), limit - MARGIN_PX - wanted), wanted
+    length = min(max(round(extent), MIN_SIDE_PX), limit - 2 * MARGIN_PX)
+    low = round(start + extent / 2.0 - length / 2.0)
+    return min(max(low, MARGIN_PX), limit - MARGIN_PX - length), length

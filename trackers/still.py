@@ -1,4 +1,4 @@
-"""The floor under every score: a tracker that never moves."""
+"""The baseline for every score: a tracker whose box never moves."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["Still"]
 
 
 class Still:
-    """Never moves: repeats the first box, the floor that every score must beat."""
+    """Baseline that repeats the first box in every frame."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
-        """Remember ``box`` (px)."""
+        """Keep ``box`` (px)."""
         self._estimate = Estimate(box)
 
     def update(self, frame: Frame) -> Estimate:
-        """Return the first box again."""
+        """Return the first box."""
         return self._estimate

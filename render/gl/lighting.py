@@ -1,4 +1,4 @@
-"""The scene's light as the shaders take it: what they must know, and the numbers."""
+"""Lighting of a scene for the shaders: their defines, uniforms and light maps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Lighting:
     Attributes
     ----------
     defines : tuple of str
-        What the scene's shaders must be compiled for.
+        Preprocessor names for which to compile the scene's shaders.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -55,7 +55,7 @@ class Lighting:
         present: NDArray[np.bool_],
         gain: float,
     ) -> dict[str, Any]:
-        """Return what the shaders need for one picture, and bind the maps.
+        """Return the uniforms of the shaders for one image, and bind the maps.
 
         Parameters
         ----------
@@ -64,27 +64,18 @@ class Lighting:
             Vehicle frames to the road frame.
         present : (V,) bool
         gain : float
-            Brightens all light.
+            Factor on all light.
         """
         light = self._scene.light
         if gain != 1.0:
             light = light.brightened(gain)
-        given: dict[str, Any] = {
-            "eye": camera.position,
-            "to_sun": light.to_sun,
-            "sun": light.sun,
-            "ambient": light.ambient,
-            "ground": light.ground,
-            "zenith": light.zenith,
-            "horizon": light.horizon,
-            "glow": light.glow,
-            "haze": light.haze_per_m,
-            "lamps": light.lamps,
-        }
+        same_name = "to_sun sun ambient ground zenith horizon glow lamps".split()
+        uniforms: dict[str, Any] = {name: getattr(light, name) for name in same_name}
+        uniforms |= {"eye": camera.position, "haze": light.haze_per_m}
         if self._lamps is not None and self._lamp_texture is not None:
-            self._lamps.light(camera, self._beams(camera, poses, present))
+            self._lamps.update(camera, self._beams(camera, poses, present))
             self._lamp_texture.write(self._lamps.texels)
-            given |= {
+            uniforms |= {
                 "lamp_map": _LAMP_UNIT,
                 "to_lamp_map": self._lamps.to_map,
                 "lamp_axis": self._lamps.axis,
@@ -93,15 +84,15 @@ class Lighting:
         tunnel = self._scene.tunnel
         if tunnel is not None and self._cover is not None:
             self._cover.bind()
-            eye_along = float(tunnel.at(camera.position[None])[0, 0])
-            given |= {
+            eye_along = float(tunnel.sample(camera.position[None])[0, 0])
+            uniforms |= {
                 "cover_map": _COVER_UNIT,
                 "to_cover": tunnel.to_map,
                 "tunnel": np.array([tunnel.from_m, tunnel.to_m, eye_along]),
-                "under": tunnel.under_m,
+                "under": tunnel.roof_m,
                 "tunnel_lamps": light.factor,
             }
-        return given
+        return uniforms
 
     def _beams(
         self,
@@ -109,19 +100,19 @@ class Lighting:
         poses: NDArray[np.float64],
         present: NDArray[np.bool_],
     ) -> NDArray[np.float64]:
-        """Return place, heading and half length of all that has head lamps."""
+        """Return position, heading and half length of all vehicles with head lamps."""
         rows = [np.zeros((0, 4))]
-        for number, lamps in enumerate(self._scene.lamps.of_bodies):
-            if not len(lamps.places):
+        for number, lamps in enumerate(self._scene.lamps.by_body):
+            if not len(lamps.positions):
                 continue
-            here = poses[present & (self._scene.body_of == number)]
-            heading = np.arctan2(here[:, 1, 0], here[:, 0, 0])
-            half = np.full(len(here), np.abs(lamps.places[:, 0]).max())
-            rows.append(np.column_stack([here[:, :2, 3], heading, half]))
+            chosen = poses[present & (self._scene.body_of == number)]
+            heading = np.arctan2(chosen[:, 1, 0], chosen[:, 0, 0])
+            half = np.full(len(chosen), np.abs(lamps.positions[:, 0]).max())
+            rows.append(np.column_stack([chosen[:, :2, 3], heading, half]))
         if self._scene.lamps.on_camera:
             look = camera.rotation[2]
-            place = [*camera.position[:2], math.atan2(look[1], look[0]), 0.0]
-            rows.append(np.array([place]))
+            heading = math.atan2(look[1], look[0])
+            rows.append(np.array([[*camera.position[:2], heading, 0.0]]))
         return np.concatenate(rows)
 
     def delete(self) -> None:

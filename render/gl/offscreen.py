@@ -1,7 +1,7 @@
-"""The offscreen OpenGL context: one a process, by EGL, with no display.
+"""The offscreen OpenGL context: one for each process, by EGL, without a display.
 
-Everything that must be set before pyrender is imported is set here, and nothing else
-imports pyrender or OpenGL before this module.
+It sets what must be set before pyrender is imported: modules that import pyrender or
+OpenGL import this one first.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ __all__ = ["context", "describe_context", "make_current"]
 
 @cache
 def context() -> Any:  # Any: pyrender is untyped
-    """Return this process's OpenGL context, made and current.
+    """Open this process's OpenGL context and make it current.
 
-    pyrender ends the shared EGL display when it deletes any one context, so there is
-    one, and it lives as long as the process.
+    pyrender terminates the shared EGL display when it deletes any context: there is
+    only one, kept as long as the process runs.
 
     Raises
     ------
     RenderError
-        If no context can be opened, with the packages that usually mend it.
+        If no context can be opened; the message names the packages to install.
     """
     try:
         from pyrender.platforms import egl
@@ -36,9 +36,9 @@ def context() -> Any:  # Any: pyrender is untyped
         platform = egl.EGLPlatform(64, 64, device=device)
         platform.init_context()
         platform.make_current()
-    except Exception as error:  # EGL fails in many ways, all outside our hands
+    except Exception as error:  # EGL raises exceptions of many types
         raise RenderError(
-            "no offscreen OpenGL context can be opened (wanted EGL with OpenGL 3.3): "
+            "no offscreen OpenGL context can be opened (expected EGL with OpenGL 3.3): "
             f"{type(error).__name__}: {' '.join(str(error).split())[:200]}; on Debian: "
             "apt-get install libegl1 libgl1 libgl1-mesa-dri"
         ) from error
@@ -46,7 +46,7 @@ def context() -> Any:  # Any: pyrender is untyped
 
 
 def make_current() -> None:
-    """Make this process's context current, opening it where there is none."""
+    """Make this process's context current, opening it if there is none."""
     context().make_current()
 
 

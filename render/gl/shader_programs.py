@@ -1,4 +1,4 @@
-"""Shader programs: our sources, compiled through pyrender, uniforms set by name."""
+"""Shader programs, compiled through pyrender, with uniforms set by name."""
 
 from __future__ import annotations
 
@@ -26,15 +26,13 @@ class Program:
     vertex, fragment : str
         File names of the sources.
     *defines : str
-        Names that the sources' conditions ask for.
+        Preprocessor names that the sources test for.
     """
 
     def __init__(self, vertex: str, fragment: str, *defines: str) -> None:
         with tempfile.TemporaryDirectory(prefix="simbench-shaders-") as folder:
-            paths = [
-                _complete(name, defines, Path(folder)) for name in (vertex, fragment)
-            ]
-            self._program = ShaderProgram(*paths)
+            sources = (_expand(f, defines, Path(folder)) for f in (vertex, fragment))
+            self._program = ShaderProgram(*sources)
             self._program._add_to_context()
         number = self._program._program_id
         count = GL.glGetProgramiv(number, GL.GL_ACTIVE_UNIFORMS)
@@ -43,35 +41,34 @@ class Program:
         self._locations = {name: GL.glGetUniformLocation(number, name) for name in text}
 
     def use(self, uniforms: dict[str, Any]) -> None:
-        """Bind the program and set those of the uniforms that it has."""
+        """Bind the program and set those uniforms that it has."""
         self._program._bind()
         for name, value in uniforms.items():
-            if name not in self._locations:
+            location = self._locations.get(name)
+            if location is None:
                 continue
-            place = self._locations[name]
             if isinstance(value, int):
-                GL.glUniform1i(place, value)
+                GL.glUniform1i(location, value)
             elif isinstance(value, float):
-                GL.glUniform1f(place, value)
+                GL.glUniform1f(location, value)
             elif value.ndim == 2:
                 matrix = np.ascontiguousarray(value, np.float32)
-                GL.glUniformMatrix4fv(place, 1, GL.GL_TRUE, matrix)
+                GL.glUniformMatrix4fv(location, 1, GL.GL_TRUE, matrix)
             else:
-                GL.glUniform3fv(place, 1, np.ascontiguousarray(value, np.float32))
+                GL.glUniform3fv(location, 1, np.ascontiguousarray(value, np.float32))
 
     def delete(self) -> None:
         """Free the program."""
         self._program.delete()
 
 
-def _complete(name: str, defines: tuple[str, ...], folder: Path) -> str:
-    """Write a shader with its includes and defines in place; return its path."""
+def _expand(name: str, defines: tuple[str, ...], folder: Path) -> str:
+    """Write a shader with its include and defines expanded; return its path."""
     shaders = resources.files("simbench.render") / "shaders"
     text = (shaders / name).read_text(encoding="utf-8")
     common = (shaders / "light.glsl").read_text(encoding="utf-8")
-    path = folder / name
-    text = text.replace("//include light.glsl", common)
-    version, rest = text.split("\n", 1)
+    version, rest = text.replace("//include light.glsl", common).split("\n", 1)
     defined = "".join(f"#define {define}\n" for define in defines)
+    path = folder / name
     path.write_text(f"{version}\n{defined}{rest}", encoding="utf-8")
     return str(path)

@@ -1,1 +1,1 @@
-"""What air, weather, lens and sensor do to a picture."""
+"""Image effects: glare, rain, exposure and sensor."""

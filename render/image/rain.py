@@ -1,7 +1,7 @@
-"""Rain in front of the camera: the drops near enough to leave a streak each.
+"""Rain streaks of the drops near the camera.
 
-Drops farther away are too thin to see one by one; together they are the extinction of
-`simbench.render.world.light.extinction_per_m`.
+Drops farther away are not drawn one by one; they are part of the extinction, see
+`simbench.render.world.illumination.extinction_per_m`.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from simbench.core.camera import Camera
 __all__ = ["draw_rain", "falling_drops"]
 
 _NEAR_M, _FAR_M = 0.6, 14.0
-_LEAST_MM, _MOST_MM = 1.0, 5.5
+_MIN_MM, _MAX_MM = 1.0, 5.5
 _SHUTTER_S = 1.0 / 60.0
 _OPACITY = 9.0
-"""Streaks are that much denser than a drop's share of the exposure makes them: at 8
-bits and a shutter long enough to draw them they would hardly be seen. By eye."""
-_LEAST_OPACITY, _MOST_OPACITY = 0.03, 0.55
+"""Factor on the physical opacity of streaks, which would hardly be visible at 8 bits;
+chosen by eye."""
+_MIN_OPACITY, _MAX_OPACITY = 0.03, 0.55
 _SHIFT = 4
 _SHADES = 8
-_MOST_DROPS = 6000
+_MAX_DROPS = 6000
 
 
 def falling_drops(
     rate_mm_per_h: float, camera: Camera, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Draw the drops in view at one instant.
+    """Sample the drops in view at one instant.
 
     Parameters
     ----------
@@ -42,10 +42,10 @@ def falling_drops(
 
     Returns
     -------
-    places : (N, 3) float, m
+    positions : (N, 3) float, m
         In the road frame.
     diameters : (N,) float, mm
-        Between `_LEAST_MM` and `_MOST_MM`: ``8000 exp(-4.1 R**-0.21 D)`` drops a m3
+        Between `_MIN_MM` and `_MAX_MM`: ``8000 exp(-4.1 R**-0.21 D)`` drops a m3
         and mm.
     speeds : (N,) float, m/s
         Downwards: ``9.65 - 10.3 exp(-0.6 D)``.
@@ -57,25 +57,25 @@ def falling_drops(
     characteristics of precipitation at vertical incidence", Rev. Geophys. 11(1).
     """
     slope = 4.1 * rate_mm_per_h**-0.21
-    least, most = math.exp(-slope * _LEAST_MM), math.exp(-slope * _MOST_MM)
-    per_m3 = 8000.0 / slope * (least - most)
-    # A margin above and below lets streaks reach into the picture.
+    low, high = math.exp(-slope * _MIN_MM), math.exp(-slope * _MAX_MM)
+    per_m3 = 8000.0 / slope * (low - high)
+    # The margin is for streaks that begin outside the image.
     wide = 1.1 * camera.width / camera.focal_px
     tall = 1.3 * camera.height / camera.focal_px
     per_cube = per_m3 * wide * tall / 3.0
-    # In heavy rain the farthest, which are the thinnest, are left out.
-    cubes = min(_FAR_M**3 - _NEAR_M**3, _MOST_DROPS / per_cube)
+    # In heavy rain the farthest, which are the thinnest, are omitted.
+    cubes = min(_FAR_M**3 - _NEAR_M**3, _MAX_DROPS / per_cube)
     count = int(rng.poisson(per_cube * cubes))
     share = rng.random((count, 4))
-    # Evenly in the volume: the cross-section grows with the square of the depth.
+    # Uniform in the volume: the cross-section grows with the square of the depth.
     depth = np.cbrt(_NEAR_M**3 + share[:, 0] * cubes)
     local = np.stack(
         [(share[:, 1] - 0.5) * wide, (share[:, 2] - 0.5) * tall, np.ones(count)],
         axis=-1,
     )
-    places = (local * depth[:, None] - camera.translation) @ camera.rotation
-    diameters = -np.log(least - share[:, 3] * (least - most)) / slope
-    return places, diameters, 9.65 - 10.3 * np.exp(-0.6 * diameters)
+    positions = (local * depth[:, None] - camera.translation) @ camera.rotation
+    diameters = -np.log(low - share[:, 3] * (low - high)) / slope
+    return positions, diameters, 9.65 - 10.3 * np.exp(-0.6 * diameters)
 
 
 def draw_rain(
@@ -85,11 +85,11 @@ def draw_rain(
     velocity: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    """Return a picture with the streaks of falling drops drawn in.
+    """Return an image with the streaks of falling drops.
 
-    A drop bends the light of nearly all the scene into the lens and looks about as
-    bright as what surrounds it, sky and all. It covers a place for only a part of the
-    exposure: ``diameter / (speed * shutter)``.
+    A drop refracts light from nearly the whole scene and is about as bright as its
+    surroundings with the sky. It covers a point for only a part of the exposure:
+    ``diameter / (speed * shutter)``.
 
     Parameters
     ----------
@@ -100,66 +100,63 @@ def draw_rain(
     velocity : (3,) float, m/s
         Of the camera, road frame.
     rng : numpy.random.Generator
-        Source of the drops; one a frame.
+        Source of the drops, a separate one for each frame.
 
     References
     ----------
     Garg and Nayar (2007), "Vision and rain", IJCV 75(1), sections 3 and 4: brightness
     of drops, and of the streaks they leave.
     """
-    places, diameters, speeds = falling_drops(rate_mm_per_h, camera, rng)
+    positions, diameters, speeds = falling_drops(rate_mm_per_h, camera, rng)
     moved = -velocity - speeds[:, None] * [0.0, 0.0, 1.0]
-    first, depth = camera.project(places)
-    last, _ = camera.project(places + moved * _SHUTTER_S)
+    first, depth = camera.project(positions)
+    last, _ = camera.project(positions + moved * _SHUTTER_S)
     size_px = camera.focal_px * diameters / 1000.0 / depth
     length = np.linalg.norm(last - first, axis=-1)
     opacity = _OPACITY * np.minimum(size_px, 1.0) * size_px / np.maximum(length, 1e-6)
-    opacity = np.minimum(opacity, _MOST_OPACITY)
-    shown = np.flatnonzero(np.isfinite(length) & (opacity > _LEAST_OPACITY))
-    veil = _streaks(
-        image.shape[:2], first[shown], last[shown], size_px[shown], opacity[shown]
-    )
+    opacity = np.minimum(opacity, _MAX_OPACITY)
+    shown = np.flatnonzero(np.isfinite(length) & (opacity > _MIN_OPACITY))
+    lines = np.stack([first, last], axis=1)[shown]
+    alpha = _streaks(image.shape[:2], lines, size_px[shown], opacity[shown])
     bright = cv2.resize(image, (4, 3), interpolation=cv2.INTER_AREA).max(axis=(0, 1))
     around = np.array(cv2.mean(image)[:3])
     colour = 0.25 * around + 0.75 * bright
-    return np.asarray(_veiled(image, veil, colour))
+    return np.asarray(_blend(image, alpha, colour))
 
 
 def _streaks(
     shape: tuple[int, int],
-    first: NDArray[np.float64],
-    last: NDArray[np.float64],
+    lines: NDArray[np.float64],
     size_px: NDArray[np.float64],
     opacity: NDArray[np.float64],
 ) -> NDArray[np.uint8]:
-    """Draw lines, in classes of width and opacity: (H, W), 255 for opaque."""
-    veil = np.zeros(shape, np.uint8)
+    """Draw (N, 2, 2) lines in classes of width and opacity: (H, W), 255 is opaque."""
+    alpha = np.zeros(shape, np.uint8)
     widths = np.clip(np.rint(size_px), 1, 4).astype(np.int64)
-    shades = np.minimum(opacity / _MOST_OPACITY * _SHADES, _SHADES - 1).astype(np.int64)
-    # OpenCV counts from pixel centres.
-    lines = np.stack([first, last], axis=1) - 0.5
-    fixed = np.rint(np.clip(lines, -4e3, 1e4) * 2**_SHIFT).astype(np.int32)
-    for shade in range(_SHADES):  # faint ones first: dense ones lie over them
-        level = round(255 * (shade + 0.5) / _SHADES * _MOST_OPACITY)
+    shades = np.minimum(opacity / _MAX_OPACITY * _SHADES, _SHADES - 1).astype(np.int64)
+    # OpenCV: the origin is the centre of the first pixel; fixed-point coordinates.
+    fixed = np.rint(np.clip(lines - 0.5, -4e3, 1e4) * 2**_SHIFT).astype(np.int32)
+    for shade in range(_SHADES):  # dense streaks overwrite faint ones
+        level = round(255 * (shade + 0.5) / _SHADES * _MAX_OPACITY)
         for width in range(1, 5):
             chosen = fixed[(shades == shade) & (widths == width)]
             if len(chosen):
                 cv2.polylines(
-                    veil, list(chosen), False, level, width, cv2.LINE_AA, _SHIFT
+                    alpha, list(chosen), False, level, width, cv2.LINE_AA, _SHIFT
                 )
-    return veil
+    return alpha
 
 
 @numba.njit(cache=True)
-def _veiled(image, veil, colour):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Mix a colour into a picture as far as the veil, 255 for opaque, says."""
-    picture = image.copy()
+def _blend(image, alpha, colour):  # type: ignore[no-untyped-def]  # compiled by numba
+    """Blend a colour into an image by an (H, W) uint8 alpha, 255 for opaque."""
+    result = image.copy()
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
-            share = veil[row, column] / 255.0
+            share = alpha[row, column] / 255.0
             if share > 0.0:
                 for channel in range(3):
                     level = image[row, column, channel]
                     level += share * (colour[channel] - level)
-                    picture[row, column, channel] = int(level + 0.5)
-    return picture
+                    result[row, column, channel] = int(level + 0.5)
+    return result

@@ -1,5 +1,5 @@
 #version 330 core
-// Place only: for the shadow map and for the target alone. Must compute the position
+// Position only: for the shadow map and for silhouettes. Must compute the position
 // exactly as scene.vert does, so that both cover the same samples.
 layout(location = 0) in vec3 position;
 layout(location = 4) in mat4 instance;

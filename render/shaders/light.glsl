@@ -24,8 +24,8 @@ vec3 sky(vec3 direction) {
 }
 
 vec3 film(vec3 light) {
-    // Narkowicz's fit of the ACES film curve; a square root is the display's gamma:
-    // half the shader's time would go into anything closer to 2.2.
+    // Narkowicz's fit of the ACES tone curve; a square root approximates the display's
+    // gamma of 2.2, which would take half the shader's time.
     vec3 mapped = light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14);
     return sqrt(clamp(mapped, 0.0, 1.0));
 }

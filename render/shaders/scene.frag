@@ -1,8 +1,8 @@
 #version 330 core
-// Compiled three times, for ground, standing things and vehicles (GROUND, STANDING,
-// VEHICLES), and with what the scene has: lamps that light it (LAMPLIT), a wet road
-// (WET), a tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer pays for every
-// branch, taken or not; a clear day pays for none of these.
+// Compiled three times, for ground, static objects and vehicles (GROUND, STATIC,
+// VEHICLES), and for the features of the scene: illumination by lamps (LAMPLIT), a wet
+// road (WET), a tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer executes
+// both sides of a branch, so features are selected at compile time.
 //include light.glsl
 
 in vec3 world;
@@ -32,9 +32,9 @@ const vec3 TAIL = vec3(0.16, 0.008, 0.006);
 #endif
 #if defined(TUNNEL)
 in vec2 in_cover;
-uniform sampler2D cover_map; // along, height of the road, daylight, tunnel's lamps
-uniform vec3 tunnel;         // from, to, and where the eye is along the road
-uniform float under;         // above that, things lie on the tunnel, not in it
+uniform sampler2D cover_map; // arc length, height of the road, daylight, tunnel lamps
+uniform vec3 tunnel;         // arc lengths of both portals and of the eye
+uniform float under;         // height from which a point is above the tunnel
 uniform float tunnel_lamps;
 const vec3 TUNNEL_LIGHT = vec3(0.06, 0.052, 0.039);
 #endif
@@ -94,7 +94,7 @@ void main() {
 #else
     float facing_beam = max(-pool.a * dot(n, lamp_axis), 0.0);
 #if defined(VEHICLES)
-    float low = above_wheels * above_wheels / 1.4; // dipped: little above the bonnet
+    float low = above_wheels * above_wheels / 1.4; // low beam: little above the bonnet
     facing_beam *= 1.0 / (1.0 + low * low);
     vec3 thrown = STREET * (pool.r * (0.3 + 0.7 * max(n.z, 0.0)));
 #else
@@ -111,8 +111,8 @@ void main() {
 #endif
     vec3 light = colour * (sun * (slope * share * 1.35) + around);
 #if defined(GROUND) && defined(WET)
-    // Water mirrors the sky by Schlick's fit, more in ruts and puddles; what is rough
-    // below it keeps the mirror from being one.
+    // Water reflects the sky by Schlick's approximation, more in ruts and puddles, less
+    // than a mirror because of the rough surface below.
     float away = 1.0 - max(dot(n, to_eye), 0.0);
     float away2 = away * away;
     float film_of_water = textureLod(grain, world.xy / vec2(110.0, 40.0), 4.0).r;
@@ -153,15 +153,15 @@ void main() {
 #endif
 #endif
 
-#if defined(TUNNEL) // air inside is clear and dark: no haze on that part of the way
+#if defined(TUNNEL) // no haze on the part of the ray inside the tunnel
     float way_in = min(max(tunnel.z, cover.x), tunnel.y);
     way_in = clamp(way_in - max(min(tunnel.z, cover.x), tunnel.x), 0.0, distance_m);
     float thick = haze * (distance_m - way_in);
 #else
-    float thick = haze * distance_m; // 1 / (1 + t + t^2 / 2) stands for exp(-t): cheaper
+    float thick = haze * distance_m; // 1 / (1 + t + t^2 / 2) approximates exp(-t)
 #endif
 #if defined(THICK_AIR)
-    // exp(-t) as 1 / exp(t / 8)^8, off by less than 0.001: exp costs a quarter of a frame
+    // exp(-t) as 1 / exp(t / 8)^8, error < 0.001: exp takes a quarter of the frame time
     float eighth = min(thick, 80.0) / 8.0;
     float dims = 1.0 + eighth * (1.0 + eighth * (0.5 + eighth / 6.0));
     dims *= dims;

@@ -1,5 +1,5 @@
 #version 330 core
-// Static and moving things alike. The last row of an instance's matrix, idle in an
+// For static and moving objects. The last row of an instance's matrix, constant in an
 // affine map, carries its paint and id.
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -11,7 +11,7 @@ uniform mat4 view_projection;
 uniform mat4 light_projection;
 
 out vec3 world;
-#if defined(GROUND) // one normal and colour a band: nothing to interpolate
+#if defined(GROUND) // one normal and colour for each triangle
 flat out vec3 facing;
 flat out vec3 albedo;
 #else

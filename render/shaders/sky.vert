@@ -1,5 +1,5 @@
 #version 330 core
-// One triangle over the whole picture, at the far plane.
+// One triangle over the whole image, at the far plane.
 uniform mat4 to_world;
 out vec3 direction;
 

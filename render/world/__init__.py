@@ -1,1 +1,1 @@
-"""The scene in front of the camera, as meshes and lights."""
+"""The scene as meshes and lights, independent of OpenGL."""

@@ -1,8 +1,8 @@
-"""The light that lamps throw: where the lamps are, and their pools on the road.
+"""Lamps of a scene, and a light map of the ground that they illuminate.
 
-Shading every sample by every lamp would cost more than the rest of the picture. The
-pools are stamped on a map of the ground around the camera instead, and the shader
-looks a place up once.
+Shading every sample by every lamp would cost more than the rest of the image. The light
+of all lamps is added up in a map of the ground around the camera instead, and the
+shader samples that map once.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from simbench.render.world.mesh import Mesh, Surface
 __all__ = ["LampMap", "Lamps", "VehicleLamps", "gather_lamps", "vehicle_lamps"]
 
 POST_DEPTH_M = 0.5
-"""How far lamp posts reach into the ground."""
+"""Depth of the foot of a lamp post below the ground."""
 _TEXEL_M = 0.5
 _BEHIND_M, _AHEAD_M, _ASIDE_M = 40.0, 360.0, 48.0
 _SNAP_M, _SNAP_RAD = 4.0, 1.0 / 64.0
@@ -31,43 +31,43 @@ _STREET_M, _STRETCH = 40.0, 1.4
 
 @dataclass(frozen=True, slots=True)
 class VehicleLamps:
-    """The lamps of one kind of vehicle, in its own frame; L of them.
+    """The L lamps of one vehicle body, in its own frame.
 
     Attributes
     ----------
-    places : (L, 3) float, m
+    positions : (L, 3) float, m
     colours : (L, 3) float, in [0, 1]
         Linear RGB.
     ahead : (L,) float
-        1 for a lamp that shines forward, -1 for one that shines back.
+        1 for a lamp that shines forward, -1 for one that shines backward.
     """
 
-    places: NDArray[np.float64]
+    positions: NDArray[np.float64]
     colours: NDArray[np.float64]
     ahead: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Lamps:
-    """Every lamp of a scene but a tunnel's; P street lamps.
+    """Every lamp of a scene except those of a tunnel; P street lamps.
 
     Attributes
     ----------
-    of_bodies : tuple of VehicleLamps
-        One for each kind of vehicle in the scene.
+    by_body : tuple of VehicleLamps
+        Those of each vehicle body in the scene.
     street : (P, 3) float, m
         Street lamps in the road frame.
     heights : (P,) float, m
-        Their heights above the road.
+        Above the road.
     headings : (P,) float, rad
-        Of the roads they light: their arms reach to the left across them.
+        Of the roads below: the arms of the posts point to the left of them.
     ids : (P,) int
-        Instance ids of their posts.
+        Instance ids of the posts.
     on_camera : bool
-        The camera rides in a car with head lamps of its own.
+        The camera is mounted on a car with head lamps of its own.
     """
 
-    of_bodies: tuple[VehicleLamps, ...]
+    by_body: tuple[VehicleLamps, ...]
     street: NDArray[np.float64]
     heights: NDArray[np.float64]
     headings: NDArray[np.float64]
@@ -78,17 +78,18 @@ class Lamps:
 def gather_lamps(
     bodies: Iterable[Mesh], posts: Sequence[Mesh], *, on_camera: bool
 ) -> Lamps:
-    """Find all lamps: on the vehicles' bodies, and one on each lamp post."""
-    street = [
-        post.positions[post.surface[:, 1] == Surface.LAMP].mean(axis=0, dtype=float)
-        for post in posts
-    ]
-    places = np.array(street).reshape(-1, 3)
-    feet = np.array([_foot(post) for post in posts]).reshape(-1, 3)
-    arms = places - feet
+    """Find all lamps: those of the vehicle bodies, and one on each lamp post."""
+    heads, feet = np.zeros((len(posts), 3)), np.zeros((len(posts), 3))
+    for index, post in enumerate(posts):
+        is_lamp = post.surface[:, 1] == Surface.LAMP
+        heads[index] = post.positions[is_lamp].mean(axis=0, dtype=float)
+        z = post.positions[:, 2]
+        foot = post.positions[z <= z.min() + 0.01].mean(axis=0, dtype=float)
+        feet[index] = foot + [0.0, 0.0, POST_DEPTH_M]
+    arms = heads - feet
     return Lamps(
         tuple(vehicle_lamps(body) for body in bodies),
-        places,
+        heads,
         heights=arms[:, 2],
         headings=np.arctan2(-arms[:, 0], arms[:, 1]),
         ids=np.array([int(post.surface[0, 0]) for post in posts], dtype=np.int64),
@@ -96,50 +97,40 @@ def gather_lamps(
     )
 
 
-def _foot(post: Mesh) -> NDArray[np.float64]:
-    """Return where a post comes out of the ground, (3,) m."""
-    heights = post.positions[:, 2]
-    lowest = post.positions[heights <= heights.min() + 0.01]
-    foot: NDArray[np.float64] = lowest.mean(axis=0, dtype=float)
-    return foot + [0.0, 0.0, POST_DEPTH_M]
-
-
 def vehicle_lamps(body: Mesh) -> VehicleLamps:
     """Find the lamps of a body: front and rear, left and right."""
-    shines = body.surface[:, 1] == Surface.LAMP
-    points = body.positions[shines].astype(np.float64)
-    colours = body.colours[shines, :3].astype(np.float64) ** 2
-    places, tints, ahead = [], [], []
-    for forward in (True, False):
-        for left in (True, False):
-            here = ((points[:, 0] > 0) == forward) & ((points[:, 1] > 0) == left)
-            if here.any():
-                places.append(points[here].mean(axis=0))
-                tints.append(colours[here].mean(axis=0))
-                ahead.append(1.0 if forward else -1.0)
-    return VehicleLamps(
-        np.array(places).reshape(-1, 3),
-        np.array(tints).reshape(-1, 3),
-        np.array(ahead),
-    )
+    is_lamp = body.surface[:, 1] == Surface.LAMP
+    points = body.positions[is_lamp].astype(np.float64)
+    colours = body.colours[is_lamp, :3].astype(np.float64) ** 2
+    rows = [np.zeros((0, 7))]
+    for ahead in (1.0, -1.0):
+        for is_left in (True, False):
+            chosen = ((points[:, 0] > 0) == (ahead > 0)) & (
+                (points[:, 1] > 0) == is_left
+            )
+            if chosen.any():
+                means = points[chosen].mean(axis=0), colours[chosen].mean(axis=0)
+                rows.append(np.array([[*means[0], *means[1], ahead]]))
+    lamps = np.concatenate(rows)
+    return VehicleLamps(lamps[:, :3], lamps[:, 3:6], lamps[:, 6])
 
 
 class LampMap:
-    """Lamplight on the ground around the camera, seen from above.
+    """Light map of the ground around the camera: the light of lamps, from above.
 
     Parameters
     ----------
     lamps : Lamps
-        The street lamps among them stay; `light` is told about the others.
+        Only the street lamps; head lamps are arguments of `update`.
 
     Attributes
     ----------
     texels : (R, C, 4) float32
-        At each place: light of street lamps, of head lamps and of tail lamps, 1 being
-        full strength, and the part of the head lamps' light that travels along the
-        map's axis (negative: against it). Rows run to the left of the axis.
+        Light of street lamps, of head lamps and of tail lamps, 1 being full strength,
+        and the part of the head lamps' light that travels along the map's axis
+        (negative: against it). Rows run to the left of the axis.
     to_map : (4, 4) float
-        Road frame to texture coordinates: the first two parts, in [0, 1] on the map.
+        Road frame to texture coordinates: the first two, in [0, 1] on the map.
     axis : (3,) float
         Direction of the map's columns in the road frame.
     """
@@ -148,68 +139,65 @@ class LampMap:
         self._lamps = lamps
         columns = round((_BEHIND_M + _AHEAD_M) / _TEXEL_M)
         rows = round(2.0 * _ASIDE_M / _TEXEL_M)
-        self._still = np.zeros((rows, columns), np.float32)
-        self._frame = (math.nan, math.nan, math.nan)
+        self._street = np.zeros((rows, columns), np.float32)
+        self._pose = (math.nan, math.nan, math.nan)
         self.texels = np.zeros((rows, columns, 4), np.float32)
         self.to_map = np.eye(4)
         self.axis = np.array([1.0, 0.0, 0.0])
 
-    def light(self, camera: Camera, beams: NDArray[np.float64]) -> None:
-        """Draw the map anew for a camera and the vehicles around it.
+    def update(self, camera: Camera, beams: NDArray[np.float64]) -> None:
+        """Recompute the map for a camera and the vehicles around it.
 
         Parameters
         ----------
         camera : Camera
         beams : (N, 4) float, m, m, rad, m
-            A row a vehicle: place, heading, and half its length.
+            A row for each vehicle: position, heading, and half its length.
         """
         self._move_to(camera)
-        self.texels[..., 0] = self._still
+        self.texels[..., 0] = self._street
         self.texels[..., 1:] = 0.0
-        local = self._local(beams[:, :2])
-        ways = self._directions(beams[:, 2])
-        _stamp_beams(self.texels, np.column_stack([local, ways, beams[:, 3]]))
+        local = self._to_map_frame(beams[:, :2], beams[:, 2])
+        _add_beams(self.texels, np.column_stack([local, beams[:, 3]]))
 
     def _move_to(self, camera: Camera) -> None:
-        """Put the map under the camera, in steps: then street lamps seldom change."""
+        """Move the map with the camera, in steps: street lamps are drawn rarely."""
         look = camera.rotation[2]
         heading = math.atan2(look[1], look[0])
         x, y, _ = camera.position
-        frame = (
+        pose = (
             round(x / _SNAP_M) * _SNAP_M,
             round(y / _SNAP_M) * _SNAP_M,
             round(heading / _SNAP_RAD) * _SNAP_RAD,
         )
-        if frame == self._frame:
+        if pose == self._pose:
             return
-        self._frame = frame
-        x, y, heading = frame
+        self._pose = x, y, heading = pose
         cos, sin = math.cos(heading), math.sin(heading)
         length, width = _BEHIND_M + _AHEAD_M, 2.0 * _ASIDE_M
         self.axis = np.array([cos, sin, 0.0])
         self.to_map[0] = np.array([cos, sin, 0, _BEHIND_M - x * cos - y * sin]) / length
         self.to_map[1] = np.array([-sin, cos, 0, _ASIDE_M + x * sin - y * cos]) / width
-        self._still[:] = 0.0
+        self._street[:] = 0.0
         lamps = self._lamps
-        local, ways = self._local(lamps.street[:, :2]), self._directions(lamps.headings)
-        _stamp_street(self._still, np.column_stack([local, ways, lamps.heights]))
+        local = self._to_map_frame(lamps.street[:, :2], lamps.headings)
+        _add_street_lamps(self._street, np.column_stack([local, lamps.heights]))
 
-    def _local(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 2) places [m] on the map: column and row."""
-        flat = np.column_stack([places, np.zeros(len(places)), np.ones(len(places))])
+    def _to_map_frame(
+        self, positions: NDArray[np.float64], headings: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return column [m], row [m], and cosine and sine of the heading, (N, 4)."""
+        ones = np.ones(len(positions))
+        flat = np.column_stack([positions, np.zeros(len(positions)), ones])
         size = np.array([_BEHIND_M + _AHEAD_M, 2.0 * _ASIDE_M])
-        local: NDArray[np.float64] = (flat @ self.to_map[:2].T) * size
-        return local
-
-    def _directions(self, headings: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 2) cosines and sines of headings [rad] against the map's axis."""
         turned = headings - math.atan2(self.axis[1], self.axis[0])
-        return np.column_stack([np.cos(turned), np.sin(turned)])
+        local = (flat @ self.to_map[:2].T) * size
+        return np.column_stack([local, np.cos(turned), np.sin(turned)])
 
 
 @numba.njit(cache=True)
-def _stamp_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Add low beams ahead and a red glow behind; (column m, row m, cos, sin, half)."""
+def _add_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by numba
+    """Add low beams and tail lamps; beams: column [m], row [m], cos, sin, half [m]."""
     rows, columns = texels.shape[:2]
     for number in range(len(beams)):
         u, v, cos, sin, half = beams[number]
@@ -225,7 +213,7 @@ def _stamp_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by 
                 ahead = cos * dx + sin * dy - half
                 aside = cos * dy - sin * dx
                 if 0.0 < ahead < _BEAM_M and abs(aside) < _SPREAD_M:
-                    # Aimed at the road some 20 m ahead, widening; ends softly.
+                    # Aimed at the road some 20 m ahead, widening, with a soft end.
                     across = aside / (1.3 + 0.1 * ahead)
                     light = math.exp(-0.5 * across * across - ahead / 20.0)
                     light *= ahead * ahead / (ahead * ahead + 12.0)
@@ -240,11 +228,11 @@ def _stamp_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by 
 
 
 @numba.njit(cache=True)
-def _stamp_street(texels, lamps):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Add the pools of lamps that shine down; (column m, row m, cos, sin, height m).
+def _add_street_lamps(texels, lamps):  # type: ignore[no-untyped-def]  # compiled by numba
+    """Add street lamps, each with column [m], row [m], cos, sin, height [m].
 
     The inverse square law with the cosine of the angle of incidence, 1 below the lamp,
-    stretched along the road as reflectors of street lamps do.
+    stretched along the road as by the reflectors of street lamps.
     """
     rows, columns = texels.shape
     for number in range(len(lamps)):

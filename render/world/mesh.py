@@ -1,4 +1,4 @@
-"""Triangle meshes with what the camera needs at each corner, and simple solids.
+"""Triangle meshes with position, normal, colour and id per corner; simple solids.
 
 Axes of a solid in its own frame: x forward, y to the left, z up, metres.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 
 import numpy as np
@@ -22,8 +22,10 @@ __all__ = [
     "extrusion",
     "merge",
     "quad_strip",
+    "quads",
     "shaded",
-    "soup",
+    "triangle_mesh",
+    "wall_strip",
 ]
 
 Colour = tuple[float, float, float]
@@ -31,7 +33,7 @@ Colour = tuple[float, float, float]
 
 
 class Surface(IntEnum):
-    """How a surface takes light; the shader knows the same numbers."""
+    """Material of a surface; the numbers are those of ``scene.frag``."""
 
     MATTE = 0
     ASPHALT = 1
@@ -44,7 +46,7 @@ class Surface(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Triangles, each with corners of its own.
+    """Triangles that share no vertices.
 
     Attributes
     ----------
@@ -53,9 +55,9 @@ class Mesh:
     normals : (3 F, 3) float32
         Unit vectors.
     colours : (3 F, 4) float32, in [0, 1]
-        sRGB; the fourth is 1 where the vehicle's paint takes the colour's place.
+        sRGB; the fourth is 1 where the instance's paint replaces the colour.
     surface : (3 F, 2) float32
-        Instance id (0: the instance's own), and `Surface`.
+        Instance id, 0 for that of the instance, and `Surface`.
     """
 
     positions: NDArray[np.float32]
@@ -73,32 +75,26 @@ class Mesh:
         points = (self.positions * size) @ turn.T + np.asarray(offset, np.float64)
         normals = (self.normals / size) @ turn.T
         normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
-        return Mesh(
-            points.astype(np.float32),
-            normals.astype(np.float32),
-            self.colours,
-            self.surface,
-        )
+        return self._with(points, normals)
 
     def tilted(self, angle: float) -> Mesh:
         """Return it turned about x by ``angle`` [rad], from y towards z."""
         cos, sin = math.cos(angle), math.sin(angle)
         turn = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]])
-        return Mesh(
-            (self.positions @ turn.T).astype(np.float32),
-            (self.normals @ turn.T).astype(np.float32),
-            self.colours,
-            self.surface,
-        )
+        return self._with(self.positions @ turn.T, self.normals @ turn.T)
+
+    def _with(self, points: NDArray[np.float64], normals: NDArray[np.float64]) -> Mesh:
+        positions = points.astype(np.float32)
+        return replace(self, positions=positions, normals=normals.astype(np.float32))
 
     def with_id(self, number: int) -> Mesh:
         """Return it with an instance id at every corner."""
         surface = self.surface.copy()
         surface[:, 0] = number
-        return Mesh(self.positions, self.normals, self.colours, surface)
+        return replace(self, surface=surface)
 
 
-def soup(
+def triangle_mesh(
     triangles: NDArray[np.float64],
     colour: Colour,
     surface: Surface = Surface.MATTE,
@@ -111,29 +107,34 @@ def soup(
     if normals is None:
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         size = np.linalg.norm(cross, axis=-1, keepdims=True)
-        flat = cross / np.where(size == 0.0, 1.0, size)
-        normals = np.repeat(flat, 3, axis=0)
+        normals = np.repeat(cross / np.where(size == 0.0, 1.0, size), 3, axis=0)
     count = len(corners) * 3
-    rgba = np.tile(np.array([*colour, float(painted)], np.float32), (count, 1))
-    kind = np.tile(np.array([0.0, float(surface)], np.float32), (count, 1))
     return Mesh(
         corners.reshape(-1, 3).astype(np.float32),
         normals.reshape(-1, 3).astype(np.float32),
-        rgba,
-        kind,
+        np.tile(np.array([*colour, float(painted)], np.float32), (count, 1)),
+        np.tile(np.array([0.0, float(surface)], np.float32), (count, 1)),
     )
+
+
+def quads(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    c: NDArray[np.float64],
+    d: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Split N quadrilaterals, (..., 3) corners each, into (2 N, 3, 3) triangles."""
+    halves = [np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]
+    return np.concatenate(halves).reshape(-1, 3, 3)
 
 
 def merge(meshes: Iterable[Mesh]) -> Mesh:
     """Put meshes into one; of none, a mesh without triangles."""
     parts = list(meshes)
     if not parts:
-        return soup(np.zeros((0, 3, 3)), (0.0, 0.0, 0.0))
+        return triangle_mesh(np.zeros((0, 3, 3)), (0.0, 0.0, 0.0))
     return Mesh(
-        np.concatenate([part.positions for part in parts]),
-        np.concatenate([part.normals for part in parts]),
-        np.concatenate([part.colours for part in parts]),
-        np.concatenate([part.surface for part in parts]),
+        *(np.concatenate([getattr(m, f.name) for m in parts]) for f in fields(Mesh))
     )
 
 
@@ -147,27 +148,15 @@ def box(
     taper: float = 0.0,
 ) -> Mesh:
     """Make a box between two corners [m]; the top is narrower by ``taper`` a side."""
-    x0, y0, z0 = np.asarray(low, np.float64)
-    x1, y1, z1 = np.asarray(high, np.float64)
-    t = taper
-    corner = np.array(
-        [
-            [x0, y0, z0],
-            [x1, y0, z0],
-            [x1, y1, z0],
-            [x0, y1, z0],
-            [x0 + t, y0 + t, z1],
-            [x1 - t, y0 + t, z1],
-            [x1 - t, y1 - t, z1],
-            [x0 + t, y1 - t, z1],
-        ]
-    )
-    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6)]
-    faces.append((3, 0, 4, 7))
-    triangles = [
-        corner[[a, b, c]] for q in faces for a, b, c in (q[:3], (q[0], q[2], q[3]))
-    ]
-    return soup(np.array(triangles), colour, surface, painted=painted)
+    (x0, y0, z0), (x1, y1, z1) = np.asarray(low), np.asarray(high)
+    x, y = np.array([x0, x1, x1, x0], float), np.array([y0, y0, y1, y1], float)
+    bottom = np.stack([x, y, np.full(4, z0)], axis=1)
+    x, y = x + taper * np.array([1, -1, -1, 1]), y + taper * np.array([1, 1, -1, -1])
+    corners = np.concatenate([bottom, np.stack([x, y, np.full(4, z1)], axis=1)])
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]]
+    faces.append([3, 0, 4, 7])
+    triangles = corners[np.array(faces)[:, [0, 1, 2, 0, 2, 3]]]
+    return triangle_mesh(triangles, colour, surface, painted=painted)
 
 
 def cylinder(
@@ -187,32 +176,20 @@ def cylinder(
     """
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
     axis = (b - a) / np.linalg.norm(b - a)
-    helper = np.array([0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [1.0, 0.0, 0.0])
-    u = np.cross(helper, axis)
+    other = np.array([0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [1.0, 0.0, 0.0])
+    u = np.cross(other, axis)
     u = u / np.linalg.norm(u)
     v = np.cross(axis, u)
     angle = 2.0 * math.pi * np.arange(sides + 1) / sides
     ring = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v
     low = a + radius * ring
     high = b + (radius if end_radius is None else end_radius) * ring
-    side = np.concatenate(
-        [
-            np.stack([low[:-1], low[1:], high[1:]], axis=1),
-            np.stack([low[:-1], high[1:], high[:-1]], axis=1),
-        ]
-    )
-    smooth = np.concatenate(
-        [
-            np.stack([ring[:-1], ring[1:], ring[1:]], axis=1),
-            np.stack([ring[:-1], ring[1:], ring[:-1]], axis=1),
-        ]
-    )
+    side = quads(low[:-1], low[1:], high[1:], high[:-1])
+    smooth = quads(ring[:-1], ring[1:], ring[1:], ring[:-1])
     bottom = np.stack([np.broadcast_to(a, low[1:].shape), low[1:], low[:-1]], axis=1)
     top = np.stack([np.broadcast_to(b, high[1:].shape), high[:-1], high[1:]], axis=1)
-    caps = np.concatenate([bottom, top])
-    return merge(
-        [soup(side, colour, surface, normals=smooth), soup(caps, colour, surface)]
-    )
+    caps = triangle_mesh(np.concatenate([bottom, top]), colour, surface)
+    return merge([triangle_mesh(side, colour, surface, normals=smooth), caps])
 
 
 def extrusion(
@@ -235,11 +212,10 @@ def extrusion(
     for i in range(1, len(points) - 1):
         triangles.append([right[0], right[i], right[i + 1]])
         triangles.append([left[0], left[i + 1], left[i]])
-    for i in range(len(points)):
-        j = (i + 1) % len(points)
+    for i, j in zip(range(len(points)), [*range(1, len(points)), 0], strict=True):
         triangles.append([right[i], left[i], left[j]])
         triangles.append([right[i], left[j], right[j]])
-    return soup(np.array(triangles), colour, surface, painted=painted)
+    return triangle_mesh(np.array(triangles), colour, surface, painted=painted)
 
 
 def quad_strip(
@@ -249,11 +225,16 @@ def quad_strip(
     surface: Surface = Surface.MATTE,
 ) -> Mesh:
     """Make a ribbon between two polylines of (N, 3) points [m], facing up."""
-    a, b, c, d = left[:-1], right[:-1], right[1:], left[1:]
-    triangles = np.concatenate(
-        [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    return triangle_mesh(
+        quads(left[:-1], right[:-1], right[1:], left[1:]), colour, surface
     )
-    return soup(triangles, colour, surface)
+
+
+def wall_strip(
+    bottom: NDArray[np.float64], top: NDArray[np.float64], colour: Colour
+) -> Mesh:
+    """Make a ribbon from one polyline of (N, 3) points [m] up to another."""
+    return triangle_mesh(quads(bottom[:-1], bottom[1:], top[1:], top[:-1]), colour)
 
 
 def shaded(colour: Colour, share: float) -> Colour:

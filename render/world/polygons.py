@@ -1,4 +1,4 @@
-"""Ribbons along polylines and the inside of outlines, as triangles seen from above."""
+"""Geometry of polylines and polygons: offsets, dashes, points, triangles."""
 
 from __future__ import annotations
 
@@ -7,13 +7,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["dashes", "dotted", "offset", "triangulated"]
+__all__ = ["arc_lengths", "dashes", "offset", "resample", "triangulate"]
 
-_SHARPEST = 0.35  # cosine of half the sharpest corner that a ribbon follows to its tip
+_MITRE_LIMIT = 0.35  # cosine of half the sharpest turn that keeps its full distance
+
+
+def arc_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distance of each point of a polyline from its start, (N,) m."""
+    steps = np.linalg.norm(np.diff(shape, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def offset(shape: NDArray[np.float64], aside_m: float) -> NDArray[np.float64]:
-    """Move a polyline to its left, keeping its distance at corners.
+    """Return a polyline parallel to another, with mitred corners.
 
     Parameters
     ----------
@@ -34,7 +40,7 @@ def offset(shape: NDArray[np.float64], aside_m: float) -> NDArray[np.float64]:
     mean = before + after
     size = np.linalg.norm(mean, axis=-1, keepdims=True)
     mean = np.where(size > 1e-9, mean / np.maximum(size, 1e-9), after)
-    reach = np.maximum(np.sum(mean * after, axis=-1, keepdims=True), _SHARPEST)
+    reach = np.maximum(np.sum(mean * after, axis=-1, keepdims=True), _MITRE_LIMIT)
     moved = shape.copy()
     moved[:, :2] += aside_m * mean / reach
     return moved
@@ -50,41 +56,41 @@ def dashes(
     list of (K, 3) float, m
         Polylines of ``dash_m`` each, ``gap_m`` apart; corners inside a dash are kept.
     """
-    arc = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(shape, axis=0), axis=1))]
-    )
+    arc = arc_lengths(shape)
     parts = []
     for start in np.arange(gap_m / 2.0, arc[-1] - dash_m, dash_m + gap_m):
         end = start + dash_m
         at = np.concatenate([[start], arc[(arc > start) & (arc < end)], [end]])
-        parts.append(
-            np.stack([np.interp(at, arc, shape[:, axis]) for axis in range(3)], axis=1)
-        )
+        parts.append(_points_at(at, arc, shape))
     return parts
 
 
-def dotted(shape: NDArray[np.float64], every_m: float = 4.0) -> NDArray[np.float64]:
+def resample(shape: NDArray[np.float64], every_m: float = 4.0) -> NDArray[np.float64]:
     """Return (K, 3) points along a polyline, at most ``every_m`` apart."""
-    arc = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(shape, axis=0), axis=1))]
-    )
+    arc = arc_lengths(shape)
     at = np.linspace(0.0, arc[-1], max(2, math.ceil(arc[-1] / every_m) + 1))
+    return _points_at(at, arc, shape)
+
+
+def _points_at(
+    at: NDArray[np.float64], arc: NDArray[np.float64], shape: NDArray[np.float64]
+) -> NDArray[np.float64]:
     return np.stack([np.interp(at, arc, shape[:, axis]) for axis in range(3)], axis=1)
 
 
-def triangulated(outline: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cut the inside of an outline into triangles, by clipping ears.
+def triangulate(outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Triangulate a simple polygon by ear clipping.
 
     Parameters
     ----------
     outline : (N, 3) float, m
-        Either way round, not closed; heights go along.
+        In either order, not closed; heights are kept.
 
     Returns
     -------
     (F, 3, 3) float, m
-        Counter-clockwise seen from above. An outline that crosses itself gives as many
-        triangles as could be cut.
+        Counter-clockwise seen from above. Of a self-intersecting outline, the
+        triangles found until no ear is left.
     """
     points = outline[np.linalg.norm(outline - np.roll(outline, 1, 0), axis=1) > 1e-6]
     x, y = points[:, 0], points[:, 1]
@@ -102,7 +108,7 @@ def triangulated(outline: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _ears(ring: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the corners that bulge and have no other corner in their triangle."""
+    """Return the convex corners whose triangles contain no other corner."""
     b = ring[:, :2]
     a, c = np.roll(b, 1, axis=0), np.roll(b, -1, axis=0)
     inside = np.ones((len(ring), len(ring)), dtype=np.bool_)
@@ -110,5 +116,5 @@ def _ears(ring: NDArray[np.float64]) -> NDArray[np.int64]:
         edge = (end - start)[:, None]
         to = b[None] - start[:, None]
         inside &= edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0] > 1e-12
-    bulges = (b - a)[:, 0] * (c - b)[:, 1] - (b - a)[:, 1] * (c - b)[:, 0] > 0.0
-    return np.flatnonzero(bulges & ~inside.any(axis=1))
+    is_convex = (b - a)[:, 0] * (c - b)[:, 1] - (b - a)[:, 1] * (c - b)[:, 0] > 0.0
+    return np.flatnonzero(is_convex & ~inside.any(axis=1))

@@ -1,4 +1,4 @@
-"""Matrices that put the road frame into OpenGL's clip space."""
+"""Projections from the road frame to OpenGL's clip space, and depth from it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ SHADOW_TEXELS = 1024
 def clip_matrix(camera: Camera) -> NDArray[np.float64]:
     """Return the (4, 4) map from the road frame to clip space.
 
-    Image rows grow downwards in clip space as they do in the image, so that what is
-    read back from the device needs no flipping.
+    Rows grow downwards in clip space as in the image: an image read back from the
+    device needs no flip.
     """
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     cx, cy = camera.matrix[0, 2], camera.matrix[1, 2]
@@ -56,8 +56,8 @@ def shadow_matrix(
 ) -> NDArray[np.float64]:
     """Return the (4, 4) map from the road frame to the sun's clip space.
 
-    The map covers ``radius_m`` around ``focus`` and moves in whole texels, so
-    that shadows do not crawl.
+    The map covers ``radius_m`` around ``focus`` and moves in whole texels, which keeps
+    the edges of shadows from flickering.
     """
     forward = -to_sun
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -68,7 +68,7 @@ def shadow_matrix(
     texel = 2.0 * radius_m / SHADOW_TEXELS
     middle[:2] = np.round(middle[:2] / texel) * texel
     middle[2] = math.floor(middle[2])
-    reach = 4.0 * radius_m  # tall things far towards the sun still cast
+    reach = 4.0 * radius_m  # includes tall objects far towards the sun
     clip = np.eye(4)
     clip[:2, :3] = rotation[:2] / radius_m
     clip[2, :3] = rotation[2] / reach

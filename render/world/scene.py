@@ -1,4 +1,4 @@
-"""What stands where, for any renderer: meshes, instance ids, light. Knows no OpenGL."""
+"""The scene to render: meshes, instance ids and light, independent of OpenGL."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import RenderError
 from simbench.core.trajectories import Trajectories
-from simbench.render.world.floor import floor_setting
+from simbench.render.world.floor_scene import floor_scene
+from simbench.render.world.highway_scene import highway_scene
+from simbench.render.world.illumination import Illumination, illuminate
 from simbench.render.world.lamplight import Lamps, gather_lamps
-from simbench.render.world.light import Illumination, illuminate
 from simbench.render.world.mesh import Mesh, merge
-from simbench.render.world.network import network_setting
-from simbench.render.world.occluders import occluder_body
-from simbench.render.world.roadside import road_setting
-from simbench.render.world.setting import Setting
-from simbench.render.world.surroundings import hills
-from simbench.render.world.tunnel import Bore
+from simbench.render.world.network_scene import network_scene
+from simbench.render.world.occluder_meshes import occluder_mesh
+from simbench.render.world.static_scene import StaticScene
+from simbench.render.world.tunnel import TunnelModel
+from simbench.render.world.vegetation import hills
 from simbench.render.world.vehicles import body
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.schema import Floor
@@ -39,31 +39,31 @@ class Scene:
     Attributes
     ----------
     ground : Mesh
-        What lies flat: receives shadows, casts none.
-    standing : Mesh
-        What stands still: rails, poles, trees; casts shadows.
+        Flat surfaces, which receive shadows but cast none.
+    static_objects : Mesh
+        Rails, poles, trees and the like, which cast shadows.
     distant : Mesh
-        What closes the view behind everything else.
+        The background: hills on the horizon.
     bodies : tuple of Mesh
-        One for each kind of vehicle in the scene, in the vehicle's frame.
+        One for each class and size of vehicle, in the vehicle's frame.
     body_of : (V,) int
-        Which body each vehicle has.
+        Index of each vehicle's body.
     paints : (V, 3) float, in [0, 1]
         sRGB.
     ids : (V,) int
         Instance id of each vehicle.
     labels : dict from int to str
-        What every id other than a vehicle's is; 0 is the sky.
+        Kind of object of every id other than a vehicle's; 0 is the sky.
     light : Illumination
     shadow_radius_m : float, m
-        How far around the target things cast shadows.
+        Radius around the target within which objects cast shadows.
     lamps : Lamps
-    tunnel : Bore or None
-        Its mesh is part of ``standing``.
+    tunnel : TunnelModel or None
+        Its mesh is part of ``static_objects``.
     """
 
     ground: Mesh
-    standing: Mesh
+    static_objects: Mesh
     distant: Mesh
     bodies: tuple[Mesh, ...]
     body_of: NDArray[np.int64]
@@ -73,71 +73,62 @@ class Scene:
     light: Illumination
     shadow_radius_m: float
     lamps: Lamps
-    tunnel: Bore | None
+    tunnel: TunnelModel | None
 
 
 def build_scene(stage: Stage) -> Scene:
     """Build the scene of a stage; the same stage gives the same scene."""
     scenario, line = stage.scenario, stage.line
     rng = generator(scenario, stage.seed, "scenery")
-    ring = generator(scenario, stage.seed, "hills")
-    eyes = np.stack([camera.position for camera in stage.cameras])
-    setting = _setting(stage, eyes, rng)
+    hills_rng = generator(scenario, stage.seed, "hills")
+    static = _static_scene(stage, rng)
     season = scenario.surroundings.season
-    standing = [_identified(mesh, kind) for kind, mesh in setting.standing]
-    labels = {0: "sky"} | {number + 1: kind for number, kind in enumerate(_KINDS)}
+    kind_ids = {kind: number + 1 for number, kind in enumerate(_KINDS)}
+    objects = [mesh.with_id(kind_ids[kind]) for kind, mesh in static.objects]
+    labels = {0: "sky"} | {number: kind for kind, number in kind_ids.items()}
     for number, occluder in enumerate(stage.occluders):
         identity = _FIRST_OCCLUDER_ID + number
         labels[identity] = occluder.kind
         own = generator(scenario, stage.seed, "scenery", number + 1)
-        mesh = occluder_body(occluder, line, season, own)
-        standing.append(mesh.with_id(identity))
-    kinds = [
-        (v.vehicle_class, v.length, v.width, v.height)
-        for v in stage.trajectories.vehicles
-    ]
-    unique = list(dict.fromkeys(kinds))
-    examples = [stage.trajectories.vehicles[kinds.index(kind)] for kind in unique]
+        mesh = occluder_mesh(occluder, line, season, own)
+        objects.append(mesh.with_id(identity))
     vehicles = stage.trajectories.vehicles
-    bodies = tuple(body(example) for example in examples)
-    posts = [m for m in standing if labels[int(m.surface[0, 0])] == "lamp"]
+    shapes = [(v.vehicle_class, v.length, v.width, v.height) for v in vehicles]
+    unique = list(dict.fromkeys(shapes))
+    bodies = tuple(body(vehicles[shapes.index(shape)]) for shape in unique)
+    posts = [m for m in objects if labels[int(m.surface[0, 0])] == "lamp"]
     return Scene(
-        ground=_identified(setting.ground, "ground"),
-        standing=merge(standing),
-        distant=_identified(hills(setting.middle, season, ring), "hill"),
+        ground=static.ground.with_id(kind_ids["ground"]),
+        static_objects=merge(objects),
+        distant=hills(static.middle, season, hills_rng).with_id(kind_ids["hill"]),
         bodies=bodies,
-        body_of=np.array([unique.index(kind) for kind in kinds], dtype=np.int64),
+        body_of=np.array([unique.index(shape) for shape in shapes], dtype=np.int64),
         paints=np.array([v.colour for v in vehicles], dtype=np.float64) / 255.0,
         ids=FIRST_VEHICLE_ID + np.arange(len(vehicles), dtype=np.int64),
         labels=labels,
         light=illuminate(scenario.light),
-        shadow_radius_m=setting.shadow_radius_m,
+        shadow_radius_m=static.shadow_radius_m,
         lamps=gather_lamps(bodies, posts, on_camera=scenario.camera.mount == "car"),
-        tunnel=setting.tunnel,
+        tunnel=static.tunnel,
     )
 
 
-def _setting(
-    stage: Stage, eyes: NDArray[np.float64], rng: np.random.Generator
-) -> Setting:
+def _static_scene(stage: Stage, rng: np.random.Generator) -> StaticScene:
     scenario, line = stage.scenario, stage.line
+    eyes = np.stack([camera.position for camera in stage.cameras])
     if isinstance(scenario.road, Floor):
-        return floor_setting(scenario.road.floor, scenario.surroundings, eyes, rng)
+        return floor_scene(scenario.road.floor, scenario.surroundings, eyes, rng)
     if stage.network is not None:
-        return network_setting(stage, stage.network, eyes, rng)
+        return network_scene(stage, stage.network, eyes, rng)
     if not isinstance(line, RoadLine):
-        raise RenderError(f"{scenario.name}: there is no road to film")
-    return road_setting(stage, line, eyes, rng)
-
-
-def _identified(mesh: Mesh, kind: str) -> Mesh:
-    return mesh.with_id(_KINDS.index(kind) + 1)
+        raise RenderError(f"{scenario.name}: expected a road to render, got none")
+    return highway_scene(stage, line, eyes, rng)
 
 
 def vehicle_poses(
     trajectories: Trajectories, frame: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return where the vehicles stand in one frame.
+    """Return the poses of the vehicles in one frame.
 
     Returns
     -------

@@ -1,18 +1,19 @@
-"""Vehicle bodies: SUMO's own cars repainted, the other classes modelled here.
+"""Meshes of vehicle bodies: SUMO's car models, and other classes modelled here.
 
-A body stands on z = 0, centred on x = y = 0, front towards +x, and fills its length,
-width and height exactly.
+The lowest point of a body is at z = 0, its centre at x = y = 0, its front towards +x;
+its bounding box has the vehicle's length, width and height.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simbench.core.trajectories import Vehicle, VehicleClass
 from simbench.render.world.mesh import (
@@ -23,7 +24,7 @@ from simbench.render.world.mesh import (
     cylinder,
     extrusion,
     merge,
-    soup,
+    triangle_mesh,
 )
 
 __all__ = ["Hull", "body", "hull"]
@@ -39,7 +40,7 @@ _AMBER_LAMP: Colour = (0.85, 0.42, 0.05)
 _PAINTED: Colour = (1.0, 1.0, 1.0)
 _PLATE: Colour = (0.9, 0.9, 0.84)
 
-_SUMO_SHAPES: dict[str, str] = {
+_SUMO_CARS: dict[str, str] = {
     "car": "car-normal-citrus",
     "suv": "car-microcargo-citrus",
     "van": "car-minibus-citrus",
@@ -49,7 +50,7 @@ _SUMO_SHAPES: dict[str, str] = {
 def body(vehicle: Vehicle) -> Mesh:
     """Return the mesh of a vehicle in its own frame, in metres.
 
-    The same for all vehicles of one class and size; painted corners take the paint of
+    The same for all vehicles of one class and size; painted corners get the colour of
     the instance.
     """
     return _body(vehicle.vehicle_class, vehicle.length, vehicle.width, vehicle.height)
@@ -57,16 +58,7 @@ def body(vehicle: Vehicle) -> Mesh:
 
 @cache
 def _body(kind: VehicleClass, length: float, width: float, height: float) -> Mesh:
-    if kind in _SUMO_SHAPES:
-        raw = _sumo_car(_SUMO_SHAPES[kind])
-    else:
-        raw = {
-            "truck": _truck,
-            "trailer": _trailer,
-            "bus": _bus,
-            "motorcycle": _motorcycle,
-            "ball": _ball,
-        }[kind]()
+    raw = _sumo_car(_SUMO_CARS[kind]) if kind in _SUMO_CARS else _MODELS[kind]()
     low, high = raw.positions.min(axis=0), raw.positions.max(axis=0)
     scale = np.array([length, width, height]) / (high - low)
     middle = (low + high) / 2.0
@@ -78,14 +70,13 @@ def _body(kind: VehicleClass, length: float, width: float, height: float) -> Mes
 class Hull:
     """The convex hull of a body.
 
-    A projection takes its extremes at the hull's corners, so the box around them is
-    the box around the whole mesh.
+    The bounding box of its projection is that of the projected mesh.
 
     Attributes
     ----------
     points : (P, 3) float, m
     edges : (E, 2) int
-        Which points are joined.
+        Indices of the two ends of each edge.
     """
 
     points: NDArray[np.float64]
@@ -109,7 +100,7 @@ def _hull(kind: VehicleClass, length: float, width: float, height: float) -> Hul
 
 
 def _sumo_car(name: str) -> Mesh:
-    """Load one of SUMO's cars (y up, front along +z) and give its parts surfaces."""
+    """Load one of SUMO's car models (y up, front along +z) with our materials."""
     path = resources.files("sumo_data") / "data" / "3D" / f"{name}.obj"
     scene = trimesh.load_scene(str(path))
     looks: dict[str, tuple[Colour, Surface, bool]] = {
@@ -125,11 +116,19 @@ def _sumo_car(name: str) -> Mesh:
     for geometry in scene.geometry.values():
         colour, surface, painted = looks[geometry.visual.material.name]
         corners = np.asarray(geometry.triangles, np.float64)[..., [2, 0, 1]]
-        parts.append(soup(corners, colour, surface, painted=painted))
+        parts.append(triangle_mesh(corners, colour, surface, painted=painted))
     whole = merge(parts)
     rear = float(whole.positions[:, 0].min())
     plate = box((rear - 0.005, -0.12, 0.27), (rear + 0.01, 0.12, 0.33), _PLATE)
     return merge([whole, plate])
+
+
+def _painted_box(low: ArrayLike, high: ArrayLike, taper: float = 0.0) -> Mesh:
+    return box(low, high, _PAINTED, Surface.PAINT, painted=True, taper=taper)
+
+
+def _painted_extrusion(profile: ArrayLike, half: float) -> Mesh:
+    return extrusion(profile, -half, half, _PAINTED, Surface.PAINT, painted=True)
 
 
 def _wheel(x: float, y: float, radius: float, width: float) -> Mesh:
@@ -161,34 +160,21 @@ def _lamps(x: float, half_width: float, z: float, colour: Colour, size: float) -
 
 def _cab(front: float, back: float, half: float, floor: float, roof: float) -> Mesh:
     """Make a cab-over lorry cab with windscreen, side windows, grille and lamps."""
-    nose = [
-        (back, floor),
-        (front, floor),
-        (front, floor + 0.55 * (roof - floor)),
-        (front - 0.22, roof - 0.12),
-        (front - 0.5, roof),
-        (back, roof),
-    ]
     waist, top = floor + 0.55 * (roof - floor), roof - 0.18
-    screen = [
-        (front - 0.2, waist + 0.02),
-        (front + 0.015, waist + 0.02),
-        (front - 0.195, top),
-        (front - 0.3, top),
-    ]
-    window = [
-        (back + 0.5, waist + 0.05),
-        (front - 0.25, waist + 0.05),
-        (front - 0.45, top),
-        (back + 0.5, top),
-    ]
-    grille_low, grille_high = (front - 0.01, -half * 0.7), (front + 0.02, half * 0.7)
+    nose = [(back, floor), (front, floor), (front, waist)]
+    nose += [(front - 0.22, roof - 0.12), (front - 0.5, roof), (back, roof)]
+    screen = [(front - 0.2, waist + 0.02), (front + 0.015, waist + 0.02)]
+    screen += [(front - 0.195, top), (front - 0.3, top)]
+    window = [(back + 0.5, waist + 0.05), (front - 0.25, waist + 0.05)]
+    window += [(front - 0.45, top), (back + 0.5, top)]
+    grille_low = (front - 0.01, -half * 0.7, floor + 0.25)
+    grille_high = (front + 0.02, half * 0.7, waist - 0.12)
     return merge(
         [
-            extrusion(nose, -half, half, _PAINTED, Surface.PAINT, painted=True),
+            _painted_extrusion(nose, half),
             extrusion(screen, -half + 0.1, half - 0.1, _GLASS, Surface.GLASS),
             extrusion(window, -half - 0.01, half + 0.01, _GLASS, Surface.GLASS),
-            box((*grille_low, floor + 0.25), (*grille_high, waist - 0.12), _DARK),
+            box(grille_low, grille_high, _DARK),
             box((front - 0.1, -half, floor - 0.15), (front + 0.05, half, floor), _DARK),
             _lamps(front + 0.01, half - 0.08, floor + 0.12, _WHITE_LAMP, 0.26),
         ]
@@ -230,7 +216,6 @@ def _truck() -> Mesh:
 
 def _trailer() -> Mesh:
     half = 1.25
-    rear_axles = [_axle(x, half, 0.5, 0.45) for x in (-6.7, -5.4, -4.1)]
     return merge(
         [
             _cab(8.2, 6.1, half, 0.85, 3.6),
@@ -239,33 +224,22 @@ def _trailer() -> Mesh:
             box((-2.6, -half + 0.02, 0.45), (2.4, half - 0.02, 1.1), _GREY),
             _axle(7.0, half, 0.52, 0.3),
             _axle(3.6, half, 0.52, 0.6),
-            *rear_axles,
+            *(_axle(x, half, 0.5, 0.45) for x in (-6.7, -5.4, -4.1)),
         ]
     )
 
 
 def _bus() -> Mesh:
     half, roof, front, back = 1.25, 3.2, 6.0, -6.0
-    shell = [
-        (back, 0.35),
-        (front, 0.35),
-        (front, 1.4),
-        (front - 0.25, roof - 0.1),
-        (front - 0.6, roof),
-        (back + 0.2, roof),
-        (back, roof - 0.2),
-    ]
-    parts = [extrusion(shell, -half, half, _PAINTED, Surface.PAINT, painted=True)]
+    shell = [(back, 0.35), (front, 0.35), (front, 1.4), (front - 0.25, roof - 0.1)]
+    shell += [(front - 0.6, roof), (back + 0.2, roof), (back, roof - 0.2)]
+    parts = [_painted_extrusion(shell, half)]
     for number in range(7):
         x = -5.5 + number * 1.58
         low, high = (x, -half - 0.012, 1.35), (x + 1.45, half + 0.012, 2.6)
         parts.append(box(low, high, _GLASS, Surface.GLASS))
-    screen = [
-        (front - 0.3, 1.3),
-        (front + 0.02, 1.3),
-        (front - 0.2, 2.9),
-        (front - 0.5, 2.9),
-    ]
+    screen = [(front - 0.3, 1.3), (front + 0.02, 1.3)]
+    screen += [(front - 0.2, 2.9), (front - 0.5, 2.9)]
     parts.append(extrusion(screen, -half + 0.1, half - 0.1, _GLASS, Surface.GLASS))
     rear_low, rear_high = (back - 0.015, -0.95, 1.7), (back + 0.1, 0.95, 2.7)
     parts.append(box(rear_low, rear_high, _GLASS, Surface.GLASS))
@@ -282,26 +256,12 @@ def _motorcycle() -> Mesh:
     """Make a motorcycle and its rider, leaning forward."""
     suit: Colour = (0.16, 0.17, 0.2)
     parts = [
-        _disc(0.75, 0.32),
-        _disc(-0.72, 0.32),
+        _thin_wheel(0.75, 0.32),
+        _thin_wheel(-0.72, 0.32),
         box((-0.55, -0.14, 0.35), (0.5, 0.14, 0.75), _DARK, taper=0.04),
-        box(
-            (-0.05, -0.17, 0.7),
-            (0.5, 0.17, 0.98),
-            _PAINTED,
-            Surface.PAINT,
-            painted=True,
-            taper=0.05,
-        ),
+        _painted_box((-0.05, -0.17, 0.7), (0.5, 0.17, 0.98), taper=0.05),
         box((-0.9, -0.12, 0.72), (0.0, 0.12, 0.86), _DARK),
-        box(
-            (0.55, -0.2, 0.72),
-            (0.85, 0.2, 1.1),
-            _PAINTED,
-            Surface.PAINT,
-            painted=True,
-            taper=0.08,
-        ),
+        _painted_box((0.55, -0.2, 0.72), (0.85, 0.2, 1.1), taper=0.08),
         box((0.82, -0.1, 0.8), (0.88, 0.1, 0.95), _WHITE_LAMP, Surface.LAMP),
         box((-0.95, -0.09, 0.74), (-0.9, 0.09, 0.84), _RED_LAMP, Surface.LAMP),
         cylinder((0.75, 0.0, 0.32), (0.5, 0.0, 1.0), 0.06, _GREY, sides=8),
@@ -317,17 +277,16 @@ def _motorcycle() -> Mesh:
     parts.append(cylinder((-0.32, 0, 0.82), (0.06, 0, 1.32), 0.2, suit, sides=9))
     head = trimesh.creation.icosphere(subdivisions=1, radius=0.15)
     helmet = np.asarray(head.triangles, np.float64) + np.array([0.14, 0.0, 1.42])
-    parts.append(soup(helmet, (0.85, 0.85, 0.87), Surface.PAINT))
+    parts.append(triangle_mesh(helmet, (0.85, 0.85, 0.87), Surface.PAINT))
     return merge(parts)
 
 
-def _disc(x: float, radius: float) -> Mesh:
-    low, high = (x, -0.07, radius), (x, 0.07, radius)
-    rim_low, rim_high = (x, -0.075, radius), (x, 0.075, radius)
+def _thin_wheel(x: float, radius: float) -> Mesh:
+    rim = radius * 0.6
     return merge(
         [
-            cylinder(low, high, radius, _TYRE, sides=14),
-            cylinder(rim_low, rim_high, radius * 0.6, _HUB, sides=10),
+            cylinder((x, -0.07, radius), (x, 0.07, radius), radius, _TYRE, sides=14),
+            cylinder((x, -0.075, radius), (x, 0.075, radius), rim, _HUB, sides=10),
         ]
     )
 
@@ -336,4 +295,15 @@ def _ball() -> Mesh:
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=0.5)
     corners = np.asarray(sphere.triangles, np.float64)
     normals = corners.reshape(-1, 3) / 0.5
-    return soup(corners, _PAINTED, Surface.PAINT, painted=True, normals=normals)
+    return triangle_mesh(
+        corners, _PAINTED, Surface.PAINT, painted=True, normals=normals
+    )
+
+
+_MODELS: dict[str, Callable[[], Mesh]] = {
+    "truck": _truck,
+    "trailer": _trailer,
+    "bus": _bus,
+    "motorcycle": _motorcycle,
+    "ball": _ball,
+}

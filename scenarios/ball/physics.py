@@ -1,8 +1,8 @@
-"""Balls that roll, bounce and are kicked: solved from event to event, in closed form.
+"""Event-driven motion of balls that roll, bounce and are kicked, in closed form.
 
 Between two events (a bounce, a wall, a kick, coming to rest) a ball either rolls in a
-straight line and slows evenly, or flies along a parabola. Each event's time is a root
-of that motion, so nothing depends on a step size, and the place at any time is exact.
+straight line with constant deceleration, or flies along a parabola. Each event's time
+is a root of that motion, so the position at any time is exact at any frame rate.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import TrafficError
-from simbench.scenarios.schema import Ball, FloorPlan, Kick
+from simbench.scenarios.schema import Ball, FloorPlan
 
 __all__ = ["GRAVITY", "Phase", "motion"]
 
@@ -22,7 +22,7 @@ GRAVITY = 9.81
 """Acceleration of free fall in m/s^2."""
 
 _SETTLED_MPS = 0.05  # a slower bounce rises 0.1 mm: the ball rolls on
-_STOPPED_MPS = 1e-9  # less is rounding
+_STOPPED_MPS = 1e-9  # less is rounding error
 _ROUNDING_M = 1e-9
 
 
@@ -33,53 +33,51 @@ class Phase:
     Attributes
     ----------
     start_s : float, s
-    place : (3,) float, m
+    position : (3,) float, m
         Of the ball's lowest point at the start: along, lateral, height.
     velocity : (3,) float, m/s
-    slowing : float, m/s^2
-        How fast a rolling ball loses speed; 0 in flight.
+    deceleration : float, m/s^2
+        Of a rolling ball; 0 in flight.
     rolls : bool
         Whether it is on the floor; otherwise it flies.
     heading : float, rad
-        Direction of its motion along the floor; at rest, the last it had.
+        Direction of its motion along the floor; at rest, its last direction.
     """
 
     start_s: float
-    place: NDArray[np.float64]
+    position: NDArray[np.float64]
     velocity: NDArray[np.float64]
-    slowing: float
+    deceleration: float
     rolls: bool
     heading: float
 
     def at(
         self, times: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return places and velocities, (T, 3) each, at times [s] of this phase."""
+        """Return positions and velocities, (T, 3) each, at times [s] of this phase."""
         since = (times - self.start_s)[:, None]
         if not self.rolls:
-            pull = np.array([0.0, 0.0, -GRAVITY])
-            velocity = self.velocity + pull * since
-            return self.place + (self.velocity + velocity) / 2.0 * since, velocity
+            velocity = self.velocity + np.array([0.0, 0.0, -GRAVITY]) * since
+            return self.position + (self.velocity + velocity) / 2.0 * since, velocity
         speed = float(np.linalg.norm(self.velocity))
         if speed == 0.0:
-            still = np.zeros((len(times), 3))
-            return self.place + still, still
-        if self.slowing > 0.0:
-            since = np.minimum(since, speed / self.slowing)
-        share = 1.0 - self.slowing * since / speed
-        return self.place + self.velocity * since * (1.0 + share) / 2.0, (
-            self.velocity * share
-        )
+            zero = np.zeros((len(times), 3))
+            return self.position + zero, zero
+        if self.deceleration > 0.0:
+            since = np.minimum(since, speed / self.deceleration)
+        share = 1.0 - self.deceleration * since / speed
+        moved = self.velocity * since * (1.0 + share) / 2.0
+        return self.position + moved, self.velocity * share
 
 
 def motion(ball: Ball, plan: FloorPlan, until_s: float) -> list[Phase]:
-    """Follow one ball from event to event.
+    """Compute the phases of one ball's motion from event to event.
 
     Parameters
     ----------
     ball : Ball
     plan : FloorPlan
-        Its walls throw balls back; without walls they roll off the floor.
+        Balls bounce off its walls; without walls they roll off the floor.
     until_s : float, s
 
     Returns
@@ -97,137 +95,116 @@ def motion(ball: Ball, plan: FloorPlan, until_s: float) -> list[Phase]:
     kicks = sorted(ball.kicks, key=lambda kick: kick.at_s)
     while True:
         kick_s = kicks[0].at_s if kicks else math.inf
-        wall_s, axis = _wall(now, ball, plan)
-        floor_s = _landing(now)
-        rest_s = _rest(now)
-        next_s = min(kick_s, wall_s, floor_s, rest_s)
+        wall_s, axis, limit = _next_wall(now, ball, plan)
+        next_s = min(kick_s, wall_s, _next_landing_or_rest(now))
         if next_s > until_s:
             return phases
-        places, velocities = now.at(np.array([next_s]))
-        place, velocity = places[0], velocities[0]
+        (position,), (velocity,) = now.at(np.array([next_s]))
+        rolls, heading = now.rolls, now.heading
         if next_s == kick_s:
-            now = _kicked(now, kicks.pop(0), place, ball)
+            kick = kicks.pop(0)
+            heading += kick.turn_rad
+            velocity = _velocity(kick.speed_mps, heading, kick.up_mps)
+            rolls = kick.up_mps == 0.0 and bool(position[2] <= _ROUNDING_M)
         elif next_s == wall_s:
-            _require_below_wall(now, next_s, place, ball, plan)
+            _require_below_wall(now, next_s, position, ball, plan)
             velocity[axis] *= -ball.restitution
-            place[axis] = _inside(place, axis, ball, plan)
-            now = _phase(next_s, place, velocity, now.rolls, ball, now.heading)
-        elif next_s == floor_s:
-            place[2] = 0.0
+            position[axis] = limit  # free of rounding errors
+        elif rolls:
+            velocity = np.zeros(3)
+        else:
+            position[2] = 0.0
             velocity[2] *= -ball.restitution
             rolls = bool(velocity[2] < _SETTLED_MPS)
-            now = _phase(next_s, place, velocity, rolls, ball, now.heading)
-        else:
-            now = _phase(next_s, place, np.zeros(3), True, ball, now.heading)
+        now = _phase(next_s, position, velocity, rolls, ball, heading)
         phases.append(now)
 
 
+def _velocity(speed: float, heading: float, up: float) -> NDArray[np.float64]:
+    along_floor = speed * np.array([math.cos(heading), math.sin(heading)])
+    return np.array([*along_floor, up])
+
+
 def _start(ball: Ball) -> Phase:
-    direction = np.array([math.cos(ball.direction_rad), math.sin(ball.direction_rad)])
-    velocity = np.array([*(ball.speed_mps * direction), ball.up_mps])
-    place = np.array([ball.along_m, ball.lateral_m, ball.height_m])
+    velocity = _velocity(ball.speed_mps, ball.direction_rad, ball.up_mps)
+    position = np.array([ball.along_m, ball.lateral_m, ball.height_m])
     rolls = ball.height_m == 0.0 and ball.up_mps == 0.0
-    return _phase(0.0, place, velocity, rolls, ball, ball.direction_rad)
+    return _phase(0.0, position, velocity, rolls, ball, ball.direction_rad)
 
 
 def _phase(
     start_s: float,
-    place: NDArray[np.float64],
+    position: NDArray[np.float64],
     velocity: NDArray[np.float64],
     rolls: bool,
     ball: Ball,
     heading: float,
 ) -> Phase:
-    onward = math.hypot(velocity[0], velocity[1])
+    speed = math.hypot(velocity[0], velocity[1])
     if rolls:
-        place = place * [1.0, 1.0, 0.0]
-        velocity = velocity * [1.0, 1.0, 0.0] * (onward > _STOPPED_MPS)
-    if onward > _STOPPED_MPS:
+        position = position * [1.0, 1.0, 0.0]
+        velocity = velocity * [1.0, 1.0, 0.0] * (speed > _STOPPED_MPS)
+    if speed > _STOPPED_MPS:
         heading = math.atan2(velocity[1], velocity[0])
-    slowing = ball.friction * GRAVITY if rolls else 0.0
-    return Phase(start_s, place, velocity, slowing, rolls, heading)
+    deceleration = ball.friction * GRAVITY if rolls else 0.0
+    return Phase(start_s, position, velocity, deceleration, rolls, heading)
 
 
-def _kicked(now: Phase, kick: Kick, place: NDArray[np.float64], ball: Ball) -> Phase:
-    heading = now.heading + kick.turn_rad
-    onward = kick.speed_mps * np.array([math.cos(heading), math.sin(heading)])
-    velocity = np.array([*onward, kick.up_mps])
-    rolls = kick.up_mps == 0.0 and place[2] <= _ROUNDING_M
-    return _phase(kick.at_s, place, velocity, rolls, ball, heading)
-
-
-def _rest(now: Phase) -> float:
-    """Return when a rolling ball stops."""
+def _next_landing_or_rest(now: Phase) -> float:
+    """Return when a flying ball touches the floor, or a rolling one stops."""
+    if not now.rolls:
+        up, height = float(now.velocity[2]), max(float(now.position[2]), 0.0)
+        return now.start_s + (up + math.sqrt(up**2 + 2.0 * GRAVITY * height)) / GRAVITY
     speed = float(np.linalg.norm(now.velocity))
-    if not now.rolls or speed == 0.0 or now.slowing == 0.0:
+    if speed == 0.0 or now.deceleration == 0.0:
         return math.inf
-    return now.start_s + speed / now.slowing
+    return now.start_s + speed / now.deceleration
 
 
-def _landing(now: Phase) -> float:
-    """Return when a flying ball touches the floor."""
-    if now.rolls:
-        return math.inf
-    up, height = float(now.velocity[2]), max(float(now.place[2]), 0.0)
-    return now.start_s + (up + math.sqrt(up**2 + 2.0 * GRAVITY * height)) / GRAVITY
+def _next_wall(now: Phase, ball: Ball, plan: FloorPlan) -> tuple[float, int, float]:
+    """Return when a ball touches a wall, on which axis, and its coordinate there."""
+    if plan.wall_m <= 0:
+        return math.inf, 0, 0.0
+    return min(_wall_contact(now, axis, ball, plan) for axis in (0, 1))
 
 
-def _wall(now: Phase, ball: Ball, plan: FloorPlan) -> tuple[float, int]:
-    """Return when the ball touches a wall, and across which axis that stands."""
-    hits = [(_reach(now, axis, ball, plan), axis) for axis in (0, 1)]
-    return min(hits) if plan.wall_m > 0 else (math.inf, 0)
-
-
-def _reach(now: Phase, axis: int, ball: Ball, plan: FloorPlan) -> float:
+def _wall_contact(
+    now: Phase, axis: int, ball: Ball, plan: FloorPlan
+) -> tuple[float, int, float]:
     speed = float(now.velocity[axis])
     if speed == 0.0:
-        return math.inf
-    low, high = _bounds(axis, ball, plan)
-    place = float(now.place[axis])
-    gap = max(0.0, high - place if speed > 0 else place - low)
-    slowing = now.slowing * abs(speed) / math.hypot(*now.velocity[:2])
-    left = speed**2 - 2.0 * slowing * gap
-    if left <= 0.0:
-        return math.inf  # it stops before
-    # The smaller root of gap = |v| t - a t^2 / 2, in the form that holds for a = 0.
-    return now.start_s + 2.0 * gap / (abs(speed) + math.sqrt(left))
-
-
-def _bounds(axis: int, ball: Ball, plan: FloorPlan) -> tuple[float, float]:
-    """Return how far the ball's middle may go along an axis."""
+        return math.inf, axis, 0.0
+    low, high = [(0.0, plan.length_m), (-plan.width_m / 2.0, plan.width_m / 2.0)][axis]
     radius = ball.diameter_m / 2.0
-    low = 0.0 if axis == 0 else -plan.width_m / 2.0
-    high = plan.length_m if axis == 0 else plan.width_m / 2.0
-    return low + radius, high - radius
-
-
-def _inside(
-    place: NDArray[np.float64], axis: int, ball: Ball, plan: FloorPlan
-) -> float:
-    """Return the coordinate on the wall itself, free of rounding."""
-    low, high = _bounds(axis, ball, plan)
-    return low if abs(place[axis] - low) < abs(place[axis] - high) else high
+    limit = high - radius if speed > 0 else low + radius
+    gap = max(0.0, math.copysign(1.0, speed) * (limit - float(now.position[axis])))
+    deceleration = now.deceleration * abs(speed) / math.hypot(*now.velocity[:2])
+    left = speed**2 - 2.0 * deceleration * gap
+    if left <= 0.0:
+        return math.inf, axis, limit  # it stops before
+    # The smaller root of gap = |v| t - a t^2 / 2, in the form that holds for a = 0.
+    return now.start_s + 2.0 * gap / (abs(speed) + math.sqrt(left)), axis, limit
 
 
 def _require_below_wall(
     now: Phase,
     time_s: float,
-    place: NDArray[np.float64],
+    position: NDArray[np.float64],
     ball: Ball,
     plan: FloorPlan,
 ) -> None:
     radius = ball.diameter_m / 2.0
-    middle = float(place[2]) + radius
+    middle = float(position[2]) + radius
     if middle <= plan.wall_m:
         return
     if now.rolls:
         raise TrafficError(
-            f"a ball rolls over the wall after {time_s:.2f} s: wanted a wall at least "
-            f"as high as the ball's radius, {radius:g} m, found road.floor.wall_m = "
-            f"{plan.wall_m:g} m: raise the wall or let a smaller ball roll"
+            f"a ball rolls over the wall after {time_s:.2f} s: expected a wall at "
+            f"least as high as the ball's radius, {radius:g} m, got road.floor.wall_m "
+            f"= {plan.wall_m:g} m: raise the wall or use a smaller ball"
         )
     raise TrafficError(
-        f"a ball flies over the wall after {time_s:.2f} s: wanted its middle below "
-        f"road.floor.wall_m = {plan.wall_m:g} m there, found {middle:.3f} m: raise the "
-        "wall or slow the ball"
+        f"a ball flies over the wall after {time_s:.2f} s: expected its middle below "
+        f"road.floor.wall_m = {plan.wall_m:g} m, got {middle:.3f} m: raise the wall or "
+        "slow the ball"
     )

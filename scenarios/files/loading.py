@@ -1,4 +1,4 @@
-"""Reading scenario files, with every mistake said in one line."""
+"""Scenario files: finding, reading and validating them, each error in one line."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ import yaml
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.sample_schema import schema_with_samples
-from simbench.scenarios.files.samples import samples_in
+from simbench.scenarios.files.samples import samples_in, schema_with_samples
 from simbench.scenarios.files.variants import KEY, apply_variant, variant_names
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.schema.road import SITE_KINDS
-from simbench.scenarios.schema.sumo_config import placed
+from simbench.scenarios.schema.strict_model import error_line
+from simbench.scenarios.schema.sumo_config import with_absolute_paths
 
 __all__ = [
-    "library",
+    "expand_variants",
+    "list_scenarios",
     "load_scenario",
     "load_variants",
-    "mistake_line",
-    "names_of",
     "read_raw_scenario",
     "scenario_schema",
     "variants_of",
 ]
+
+_MAX_VALUES = 100_000
+_MERGE_TAG = "tag:yaml.org,2002:merge"
 
 
 @cache
@@ -38,8 +39,14 @@ def _library() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
 
 
-def library() -> list[str]:
-    """Return the names of the scenarios that ship with simbench, sorted."""
+def list_scenarios() -> list[str]:
+    """Return the names of the scenarios that ship with simbench, sorted.
+
+    Examples
+    --------
+    >>> "poles" in list_scenarios()
+    True
+    """
     return list(_library())
 
 
@@ -49,8 +56,8 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     Parameters
     ----------
     name_or_path : str or Path
-        Name of a library scenario (see `library`), or path of a YAML file. After an
-        ``@``, one of its variants (see `variants_of`).
+        Name of a library scenario (see `list_scenarios`) or path of a YAML file; after
+        an ``@``, one of its variants (see `variants_of`).
 
     Returns
     -------
@@ -59,7 +66,7 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     Raises
     ------
     ScenarioError
-        With one line that names file, key, what was wanted and what came.
+        With one line that names file and key, what was expected and what was found.
 
     Examples
     --------
@@ -68,39 +75,42 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
     >>> load_scenario("car-rear-moving@extreme").variant
     'extreme'
     """
-    path, _ = _found(str(name_or_path))
+    path, _ = _located(name_or_path)
     content = read_raw_scenario(name_or_path)
-    drawn = next(iter(samples_in(content, str(path))), None)
-    if drawn is not None:
+    samples = samples_in(content, str(path))
+    if samples:
         raise ScenarioError(
-            f"{path}: {drawn} is drawn anew for each seed: only generate and show take "
-            f"such a file (in Python load_recipe), here it must be one value"
+            f"{path}: {next(iter(samples))} is sampled for each seed: only generate, "
+            "show and in Python load_recipe accept that, expected one value here"
         )
-    return _validated(content, path)
+    try:
+        return Scenario.model_validate(content)
+    except ValidationError as error:
+        raise ScenarioError(error_line(path, error)) from error
 
 
 def load_variants(name_or_path: str | Path) -> list[Scenario]:
-    """Read the scenarios that a name stands for: one, or with ``@all`` every variant.
+    """Read one scenario, or for a name that ends with ``@all`` each of its variants.
 
     Raises
     ------
     ScenarioError
-        As `load_scenario`; and where ``@all`` finds no variant.
+        As `load_scenario` and `expand_variants`.
     """
-    return [load_scenario(name) for name in names_of(name_or_path)]
+    return [load_scenario(name) for name in expand_variants(name_or_path)]
 
 
-def names_of(name_or_path: str | Path) -> list[str]:
+def expand_variants(name_or_path: str | Path) -> list[str]:
     """Return the name itself, or for one that ends with ``@all`` each variant's.
 
     Raises
     ------
     ScenarioError
-        Where ``@all`` finds no variant.
+        If ``@all`` finds no variant.
 
     Examples
     --------
-    >>> names_of("smoke")
+    >>> expand_variants("smoke")
     ['smoke']
     """
     base, _, variant = str(name_or_path).rpartition("@")
@@ -108,7 +118,7 @@ def names_of(name_or_path: str | Path) -> list[str]:
         return [str(name_or_path)]
     names = variants_of(base)
     if not names:
-        raise ScenarioError(f"{base}: has no variants: leave @{variant} out")
+        raise ScenarioError(f"{base}: has no variants: omit @{variant}")
     return [f"{base}@{name}" for name in names]
 
 
@@ -120,12 +130,12 @@ def variants_of(name_or_path: str | Path) -> list[str]:
     >>> variants_of("car-rear-moving")
     ['standard', 'medium', 'extreme']
     """
-    path, _ = _found(str(name_or_path))
+    path, _ = _located(name_or_path)
     return variant_names(_read_mapping(path), str(path))
 
 
 def read_raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
-    """Read a scenario file as it stands, its variant applied, not validated yet.
+    """Read a scenario file and apply its variant, without validation.
 
     Parameters
     ----------
@@ -135,18 +145,18 @@ def read_raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        A mapping of one's own to change.
+        A new mapping that the caller may change.
 
     Raises
     ------
     ScenarioError
         If the file cannot be read, is no mapping, or has no such variant.
     """
-    path, variant = _found(str(name_or_path))
+    path, variant = _located(name_or_path)
     content = apply_variant(_read_mapping(path), variant, str(path))
     if "road" in content:
         try:
-            content["road"] = placed(content["road"], path.parent)
+            content["road"] = with_absolute_paths(content["road"], path.parent)
         except ValueError as error:
             raise ScenarioError(f"{path}: road: {error}") from None
     return content
@@ -154,29 +164,28 @@ def read_raw_scenario(name_or_path: str | Path) -> dict[str, Any]:
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors that complete YAML."""
-    schema = schema_with_samples(Scenario.model_json_schema())
+    schema = schema_with_samples()
     schema["properties"][KEY] = {
-        "description": "The same story told otherwise: by name, the keys that change.",
+        "description": "Variants of the scenario: by name, the keys that change.",
         "type": "object",
         "additionalProperties": {"type": ["object", "null"]},
     }
     return schema
 
 
-def _found(text: str) -> tuple[Path, str]:
-    """Return the file that a name or path means, and the variant after the ``@``."""
+def _located(name_or_path: str | Path) -> tuple[Path, str]:
+    """Return the file of a name or path, and the variant after its ``@``."""
+    text, variant = str(name_or_path), ""
     if "@" in text and not _is_file(text):
         text, _, variant = text.rpartition("@")
         if not variant:
-            raise ScenarioError(f"{text}@: wanted a variant's name after the @")
-    else:
-        variant = ""
+            raise ScenarioError(f"{text}@: expected a variant's name after the @")
     if text in _library():
         return _library()[text], variant
     if text.endswith((".yaml", ".yml")) or "/" in text:
         return Path(text), variant
-    near = difflib.get_close_matches(text, library(), n=1)
-    hint = f"did you mean {near[0]!r}?" if near else f"there are {library()}"
+    near = difflib.get_close_matches(text, list_scenarios(), n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"there are {list_scenarios()}"
     raise ScenarioError(f"unknown scenario {text!r}: {hint}")
 
 
@@ -187,44 +196,40 @@ def _is_file(text: str) -> bool:
         return False
 
 
-_MOST_VALUES = 100_000
-_MERGE = "tag:yaml.org,2002:merge"
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML in which a key may stand only once in a mapping."""
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """YAML loader that refuses duplicate keys in a mapping."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
-        """Say where a value is not what its tag says: PyYAML only stumbles."""
+        """Turn PyYAML's own failures on a value unlike its tag into YAML errors."""
         try:
             return super().construct_object(node, deep)
         except (AttributeError, LookupError, ValueError):
-            kind = node.tag.rpartition(":")[2]
-            raise _fault(f"{str(node.value)[:60]!r} is no {kind}", node) from None
+            tag = node.tag.rpartition(":")[2]
+            raise _yaml_error(f"{str(node.value)[:60]!r} is no {tag}", node) from None
 
     def flatten_mapping(self, node: yaml.MappingNode) -> None:
-        """Merge what ``<<`` names; the mapping's own keys win, each standing once."""
+        """Merge the mappings that ``<<`` names; the mapping's own keys win."""
         seen = set()
-        for mark, _ in node.value:
-            if mark.tag == _MERGE:
+        for key_node, _ in node.value:
+            if key_node.tag == _MERGE_TAG:
                 continue
-            key = self.construct_object(mark, deep=True)
+            key = self.construct_object(key_node, deep=True)
             if not isinstance(key, Hashable):
-                raise _fault(f"{key!r} is no key", mark)
+                raise _yaml_error(f"{key!r} cannot be a key", key_node)
             if key in seen:
-                raise _fault(f"{key!r} stands twice", mark)
+                raise _yaml_error(f"duplicate key {key!r}", key_node)
             seen.add(key)
         super().flatten_mapping(node)
-        # once each, or merges of merges would grow without end
+        # each key once: merges of merges would grow exponentially
         pairs = {self.construct_object(pair[0], deep=True): pair for pair in node.value}
         node.value = list(pairs.values())
 
 
-def _fault(said: str, node: yaml.Node) -> yaml.YAMLError:
-    return yaml.constructor.ConstructorError(None, None, said, node.start_mark)
+def _yaml_error(message: str, node: yaml.Node) -> yaml.YAMLError:
+    return yaml.constructor.ConstructorError(None, None, message, node.start_mark)
 
 
-def _read_yaml(path: Path) -> Any:
+def _read_mapping(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -233,64 +238,32 @@ def _read_yaml(path: Path) -> Any:
         reason = getattr(error, "strerror", None) or str(error)
         raise ScenarioError(f"{path}: cannot be read: {reason}") from error
     try:
-        content = yaml.load(text, Loader=_Loader)
+        content = yaml.load(text, Loader=_UniqueKeyLoader)
     except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())
         raise ScenarioError(f"{path}: is not YAML: {reason}") from error
-    _require_small(path, content)
-    return content
-
-
-def _require_small(path: Path, content: Any) -> None:
-    """Refuse what aliases blow up, without end or to more than a scenario can hold."""
-    todo, count = [content], 0
-    while todo:
-        part = todo.pop()
-        count += 1
-        if count > _MOST_VALUES:
-            raise ScenarioError(
-                f"{path}: wanted at most {_MOST_VALUES} values, found more, or an "
-                "alias that stands for itself"
-            )
-        if isinstance(part, dict):
-            todo.extend(part.values())
-        elif isinstance(part, list):
-            todo.extend(part)
-
-
-def _read_mapping(path: Path) -> dict[str, Any]:
-    content = _read_yaml(path)
     if not isinstance(content, dict):
         raise ScenarioError(
-            f"{path}: wanted a mapping of keys to values, found "
+            f"{path}: expected a mapping of keys to values, got "
             f"{type(content).__name__}"
         )
+    _require_bounded(path, content)
     return content
 
 
-def _validated(content: dict[str, Any], path: Path) -> Scenario:
-    try:
-        return Scenario.model_validate(content)
-    except ValidationError as error:
-        raise ScenarioError(mistake_line(path, error)) from error
-
-
-def mistake_line(path: str | Path, error: ValidationError) -> str:
-    """Say the first mistake in one line, and how many more there are."""
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"] if part not in SITE_KINDS)
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "extra_forbidden":
-        message = "unknown key"
-    if first["type"] == "missing":
-        message = "is required but missing"
-    if first["type"] in ("model_type", "dict_type"):
-        message = "must hold keys and values"
-    if first["type"] == "tuple_type":
-        message = "must be a list"
-    where = f"{path}: {key}" if key else f"{path}"
-    value = first["input"]
-    shown = "" if isinstance(value, dict | list) else f", found {str(value)[:60]!r}"
-    more = error.error_count() - 1
-    rest = f" (and {more} more)" if more else ""
-    return " ".join(f"{where}: {message}{shown}{rest}".split())
+def _require_bounded(path: Path, content: dict[str, Any]) -> None:
+    """Refuse content that aliases repeat endlessly, or too often for a scenario."""
+    pending: list[Any] = [content]
+    count = 0
+    while pending:
+        value = pending.pop()
+        count += 1
+        if count > _MAX_VALUES:
+            raise ScenarioError(
+                f"{path}: expected at most {_MAX_VALUES} values, got more, or an alias "
+                "that contains itself"
+            )
+        if isinstance(value, dict):
+            pending.extend(value.values())
+        elif isinstance(value, list):
+            pending.extend(value)

@@ -1,4 +1,4 @@
-"""Recipes: scenario files in which values may be drawn, a scenario for every seed."""
+"""Recipes: scenario files with random samples, which give one scenario per seed."""
 
 from __future__ import annotations
 
@@ -12,29 +12,30 @@ from typing import Any
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.loading import mistake_line, names_of, read_raw_scenario
-from simbench.scenarios.files.samples import drawn, samples_in
+from simbench.scenarios.files.loading import expand_variants, read_raw_scenario
+from simbench.scenarios.files.samples import resolve_samples, samples_in
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.schema.sumo_config import by_content
+from simbench.scenarios.schema.strict_model import error_line
+from simbench.scenarios.schema.sumo_config import with_file_digests
 
 __all__ = ["Recipe", "load_recipe", "load_recipes"]
 
-_SHOWN = 4  # drawn values in a message
-_TRIES = 8  # seeds of which one must give a scenario
+_MAX_SHOWN = 4  # sampled values in a message
+_CHECKED_SEEDS = 8  # of which one must give a valid scenario
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """A scenario file that tells another scenario by seed where it holds draws.
+    """A scenario file that gives a scenario for each seed, different if it has samples.
 
     Attributes
     ----------
     content : mapping
         The file's mapping, its variant applied; see `simbench.scenarios.files.samples`.
     source : str
-        What it was asked for as, for messages.
+        Name or path that was loaded, for messages.
     most_frames : int or None
-        Where the story is cut.
+        Maximum number of frames of its scenarios.
     """
 
     content: Mapping[str, Any]
@@ -48,48 +49,48 @@ class Recipe:
 
     @property
     def label(self) -> str:
-        """Name and, where there is one, variant: what sequences are named after."""
+        """Name and, if there is one, variant: the stem of its sequences' names."""
         variant = self.content.get("variant", "")
         return f"{self.name}-{variant}" if variant else self.name
 
     @property
     def is_fixed(self) -> bool:
-        """Whether it tells the same scenario for every seed."""
+        """Whether it gives the same scenario for every seed."""
         return not samples_in(self.content, self.source)
 
     @property
     def digest(self) -> str:
-        """SHA-256 over content and cut, as hex; of files by what they hold."""
-        told = {**self.content, "road": by_content(self.content.get("road"))}
-        text = json.dumps([told, self.most_frames], sort_keys=True, default=str)
+        """SHA-256 over content and frame limit, as hex; of files by their content."""
+        content = {**self.content, "road": with_file_digests(self.content.get("road"))}
+        text = json.dumps([content, self.most_frames], sort_keys=True, default=str)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def shortened(self, frames: int | None) -> Recipe:
-        """Return the recipe of the same stories cut after ``frames`` frames."""
+        """Return the recipe of the same scenarios, cut after ``frames`` frames."""
         return replace(self, most_frames=frames)
 
     def scenario(self, seed: int) -> Scenario:
-        """Return the scenario that a seed draws: the same for the same seed.
+        """Return the scenario of a seed: the same for the same seed.
 
         Raises
         ------
         ScenarioError
-            With one line that names key and value, if what was drawn does not go
+            With one line that names key and value, if the sampled values are invalid
             together.
         """
-        content, values = drawn(self.content, self.name, seed, self.source)
+        content, values = resolve_samples(self.content, self.name, seed, self.source)
         try:
             scenario = Scenario.model_validate(content)
         except ValidationError as error:
-            line = mistake_line(self.source, error)
-            raise ScenarioError(line + _blamed(line, values, seed)) from error
+            line = error_line(self.source, error)
+            raise ScenarioError(line + _sampled(line, values, seed)) from error
         if self.most_frames is None:
             return scenario
         return scenario.shortened(self.most_frames)
 
 
 def load_recipe(name_or_path: str | Path) -> Recipe:
-    """Read a scenario file that may hold draws.
+    """Read a scenario file that may contain random samples.
 
     Parameters
     ----------
@@ -103,9 +104,9 @@ def load_recipe(name_or_path: str | Path) -> Recipe:
     Raises
     ------
     ScenarioError
-        With one line, if the file cannot be read, a draw cannot be drawn from, or
-        something is wrong whatever is drawn. Values that only some draws make wrong
-        show when they are drawn.
+        With one line, if the file cannot be read, a sample is invalid, or the file is
+        invalid whatever is sampled. Mistakes that only some sampled values make are
+        found by `Recipe.scenario`.
 
     Examples
     --------
@@ -115,43 +116,42 @@ def load_recipe(name_or_path: str | Path) -> Recipe:
     """
     source = str(name_or_path)
     recipe = Recipe(read_raw_scenario(name_or_path), source)
-    draws = [key.split(".") for key in samples_in(recipe.content, source)]
-    mistakes = []
-    for seed in range(_TRIES):
+    samples = [key.split(".") for key in samples_in(recipe.content, source)]
+    for seed in range(_CHECKED_SEEDS):
         try:
             recipe.scenario(seed)
         except ScenarioError as error:
-            mistakes.append(error)
-            if _is_certain(error.__cause__, draws):
-                break
+            is_last = seed == _CHECKED_SEEDS - 1
+            if is_last or _is_independent(error.__cause__, samples):
+                raise
         else:
-            return recipe
-    raise mistakes[-1]
+            break
+    return recipe
 
 
 def load_recipes(name_or_path: str | Path) -> list[Recipe]:
-    """Read the recipes that a name stands for: one, or with ``@all`` every variant."""
-    return [load_recipe(name) for name in names_of(name_or_path)]
+    """Read one recipe, or for a name that ends with ``@all`` one for each variant."""
+    return [load_recipe(name) for name in expand_variants(name_or_path)]
 
 
-def _is_certain(cause: BaseException | None, draws: list[list[str]]) -> bool:
-    """Whether one of the mistakes is there whatever is drawn."""
+def _is_independent(cause: BaseException | None, samples: list[list[str]]) -> bool:
+    """Whether one of the mistakes occurs whatever is sampled."""
     if not isinstance(cause, ValidationError):
         return True
     places = [[str(part) for part in one["loc"]] for one in cause.errors()]
-    return not all(any(_touch(place, draw) for draw in draws) for place in places)
+    return not all(any(_overlap(place, key) for key in samples) for place in places)
 
 
-def _touch(place: list[str], draw: list[str]) -> bool:
-    """Whether a mistake is at a draw, in it, or in what the draw is part of."""
-    if len(place) < len(draw):
-        return draw[: len(place)] == place
-    parts = iter(place)  # pydantic puts the names of a union's members in between
-    return all(part in parts for part in draw)
+def _overlap(place: list[str], sample: list[str]) -> bool:
+    """Whether a mistake is at a sample, within it, or in a part that contains it."""
+    if len(place) < len(sample):
+        return sample[: len(place)] == place
+    parts = iter(place)  # pydantic inserts the tags of union members
+    return all(part in parts for part in sample)
 
 
-def _blamed(line: str, values: Mapping[str, Any], seed: int) -> str:
-    """Return which drawn values a message is about, all of them if it names none."""
+def _sampled(line: str, values: Mapping[str, Any], seed: int) -> str:
+    """Return the sampled values that a message names, or if it names none, all."""
     named = {key: value for key, value in values.items() if key in line} or values
-    shown = [f"{key} = {value}" for key, value in named.items()][:_SHOWN]
-    return f" (seed {seed} drew {', '.join(shown)})" if shown else ""
+    shown = [f"{key} = {value}" for key, value in named.items()][:_MAX_SHOWN]
+    return f" (seed {seed} sampled {', '.join(shown)})" if shown else ""

@@ -1,18 +1,17 @@
-"""Draws: values of a scenario file that each seed decides anew.
+"""Random samples: values of a scenario file chosen for every seed.
 
-Where a value may stand, one of these may stand too::
+In place of any value, one of these may be given::
 
     {range: [20, 30]}                         uniform
     {range: [0.001, 0.1], log: true}          uniform in the logarithm
-    {choice: [red, white]}                    each as likely as the others
+    {choice: [red, white]}                    all equally likely
     {choice: [car, truck], weights: [3, 1]}
 
-A range between whole numbers, where the key takes a whole number, is drawn from the
-whole numbers, both ends included. A choice may be between mappings or lists, and these
-may hold draws in turn.
+A range of a key that takes whole numbers is sampled from the whole numbers, both ends
+included. A choice may be between mappings or lists, which may contain samples in turn.
 
-Every dotted key has a random stream of its own, so that a draw added, changed or taken
-away elsewhere leaves it as it was.
+Every dotted key has its own random stream, so that a sample added, changed or removed
+elsewhere does not change its value.
 """
 
 from __future__ import annotations
@@ -20,61 +19,111 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Self, get_args, get_origin
 
 import numpy as np
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError, model_validator
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.sample_schema import NEVER_DRAWN, takes_whole_numbers
+from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema.strict_model import StrictModel, error_line, types_in
 
-__all__ = ["drawn", "is_sample", "samples_in"]
+__all__ = [
+    "is_sample",
+    "resolve_samples",
+    "samples_in",
+    "schema_with_samples",
+    "takes_whole_numbers",
+]
 
 Key = tuple[str, ...]
 
-_LARGEST = 1e15  # that a float holds to the whole number
+_LARGEST = 1e15  # floats represent every whole number up to here
+_FIXED_KEYS = ("name", "variant")  # they name sequences: the same for every seed
+
+_Number = Annotated[float, Field(strict=True, ge=-_LARGEST, le=_LARGEST)]
+_WholeNumber = Annotated[int, Field(strict=True, ge=-_LARGEST, le=_LARGEST)]
+_Weight = Annotated[float, Field(strict=True, ge=0, le=_LARGEST)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Range:
-    """A number between two ends."""
+class RangeSample(StrictModel):
+    """A number between two ends, sampled for every seed."""
 
-    low: float
-    high: float
-    is_log: bool
-    is_whole: bool
+    range: tuple[_Number, ...] = Field(min_length=2, max_length=2)
+    log: bool = Field(
+        default=False, strict=True, description="Uniform in the logarithm."
+    )
 
-    def draw(self, rng: np.random.Generator) -> Any:
-        if self.is_whole and not self.is_log:
-            return int(rng.integers(int(self.low), int(self.high) + 1))
-        if not self.is_log:
-            return float(rng.uniform(self.low, self.high))
-        # each whole number gets the stretch from itself to the next
-        top = self.high + 1 if self.is_whole else self.high
-        value = math.exp(rng.uniform(math.log(self.low), math.log(top)))
-        if self.is_whole:
-            value = math.floor(value)
-        return type(self.low)(min(max(value, self.low), self.high))
+    @model_validator(mode="after")
+    def _ends_are_in_order(self) -> Self:
+        low, high = self.range
+        if low > high:
+            raise ValueError(f"range must not fall, got [{low:g}, {high:g}]")
+        if self.log and low <= 0:
+            raise ValueError(
+                f"range must be above 0 where log is true, got [{low:g}, {high:g}]"
+            )
+        return self
+
+    def sample(self, rng: np.random.Generator) -> float:
+        """Return a number between the ends."""
+        low, high = self.range
+        if not self.log:
+            return float(rng.uniform(low, high))
+        value = math.exp(rng.uniform(math.log(low), math.log(high)))
+        return min(max(value, low), high)
 
 
-@dataclass(frozen=True, slots=True)
-class _Choice:
-    """One of several values, of any kind."""
+class WholeRangeSample(RangeSample):
+    """A range of a key that takes whole numbers."""
 
-    values: tuple[Any, ...]
-    shares: tuple[float, ...]
+    range: tuple[_WholeNumber, ...] = Field(min_length=2, max_length=2)
 
-    def draw(self, rng: np.random.Generator) -> Any:
-        return self.values[int(rng.choice(len(self.values), p=self.shares))]
+    def sample(self, rng: np.random.Generator) -> int:
+        """Return a whole number between the ends, both included."""
+        low, high = self.range
+        if not self.log:
+            return int(rng.integers(low, high + 1))
+        # every whole number has the interval from itself to the next
+        value = math.exp(rng.uniform(math.log(low), math.log(high + 1)))
+        return min(max(math.floor(value), low), high)
+
+
+class ChoiceSample(StrictModel):
+    """One of several values of any type, chosen for every seed."""
+
+    choice: tuple[Any, ...] = Field(min_length=1)
+    weights: tuple[_Weight, ...] | None = Field(
+        default=None, description="Relative probabilities; null: all equal."
+    )
+
+    @model_validator(mode="after")
+    def _weights_fit(self) -> Self:
+        if self.weights is None:
+            return self
+        if len(self.weights) != len(self.choice):
+            raise ValueError(
+                f"weights must be {len(self.choice)} numbers, as many as values to "
+                f"choose from, got {len(self.weights)}"
+            )
+        if sum(self.weights) <= 0:
+            raise ValueError("weights must not all be 0")
+        return self
+
+    def sample(self, rng: np.random.Generator) -> Any:
+        """Return one of the values."""
+        weights = self.weights or (1,) * len(self.choice)
+        shares = [weight / sum(weights) for weight in weights]
+        return self.choice[int(rng.choice(len(self.choice), p=shares))]
 
 
 def is_sample(value: object) -> bool:
-    """Whether a value of a scenario file stands for a draw."""
-    return isinstance(value, Mapping) and bool({"range", "choice"} & set(value))
+    """Whether a value of a scenario file is a random sample."""
+    return isinstance(value, Mapping) and not {"range", "choice"}.isdisjoint(value)
 
 
 def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the draws of a scenario file, by dotted key, after a check of each.
+    """Return the samples of a scenario file by dotted key, after checking each.
 
     Parameters
     ----------
@@ -86,12 +135,12 @@ def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
     Returns
     -------
     dict from str to mapping
-        As they stand in the file. Draws within a choice are checked, not listed.
+        As they are in the file. Samples within a choice are checked but not listed.
 
     Raises
     ------
     ScenarioError
-        With one line that names the key of a draw that cannot be drawn from.
+        With one line that names the key of an invalid sample.
 
     Examples
     --------
@@ -99,24 +148,25 @@ def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
     {'target.lane': {'choice': [0, 1]}}
     """
     if is_sample(content):
-        raise ScenarioError(f"{where}: must not be drawn as a whole, only its values")
-    for key in NEVER_DRAWN:
+        raise ScenarioError(f"{where}: a whole file cannot be a sample, only values")
+    for key in _FIXED_KEYS:
         if is_sample(content.get(key)):
-            raise ScenarioError(f"{where}: {key} must not be drawn, it names sequences")
-    return {".".join(key): draw for key, draw in _walk(content, (), where)}
+            raise ScenarioError(f"{where}: {key} must not be a sample: it names files")
+    return {".".join(key): sample for key, sample in _walk(content, (), where)}
 
 
-def drawn(
+def resolve_samples(
     content: Mapping[str, Any], name: str, seed: int, where: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a scenario file with every draw replaced by what a seed draws.
+    """Return a scenario file with every sample replaced by its value for a seed.
 
     Parameters
     ----------
     content : mapping
         The scenario file, its variant applied.
     name : str
-        Of the scenario: two files draw apart, the variants of one draw alike.
+        Of the scenario: two scenarios have different random streams, the variants of
+        one have the same.
     seed : int
         At least 0.
     where : str
@@ -126,7 +176,7 @@ def drawn(
     -------
     content : dict
     values : dict from str to object
-        What was drawn, by dotted key.
+        The sampled values by dotted key.
 
     Raises
     ------
@@ -135,19 +185,19 @@ def drawn(
     """
     values: dict[str, Any] = {}
 
-    def settled(value: Any, key: Key, depth: int = 0) -> Any:
+    def resolved(value: Any, key: Key, depth: int = 0) -> Any:
         if is_sample(value):
             rng = _generator(seed, name, key, depth)
-            chosen = settled(_read(value, key, where).draw(rng), key, depth + 1)
-            values[".".join(key)] = chosen
-            return chosen
+            chosen = _parsed(value, key, where).sample(rng)
+            values[".".join(key)] = resolved(chosen, key, depth + 1)
+            return values[".".join(key)]
         if isinstance(value, Mapping):
-            return {part: settled(one, (*key, part)) for part, one in value.items()}
+            return {part: resolved(one, (*key, part)) for part, one in value.items()}
         if isinstance(value, list):
-            return [settled(one, (*key, str(at))) for at, one in enumerate(value)]
+            return [resolved(one, (*key, str(at))) for at, one in enumerate(value)]
         return value
 
-    return settled(content, ()), values
+    return resolved(content, ()), values
 
 
 def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generator:
@@ -157,79 +207,81 @@ def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generato
 
 
 def _walk(value: Any, key: Key, where: str) -> Iterator[tuple[Key, Any]]:
+    place = f"{where}: {'.'.join(key)}" if key else where
     if is_sample(value):
-        choice = _read(value, key, where)
-        for one in choice.values if isinstance(choice, _Choice) else ():
-            list(_walk(one, key, where))
+        sample = _parsed(value, key, where)
+        for choice in sample.choice if isinstance(sample, ChoiceSample) else ():
+            list(_walk(choice, key, where))
         yield key, value
     elif isinstance(value, Mapping):
         for part, one in value.items():
             if not isinstance(part, str):
-                raise ScenarioError(f"{_place(key, where)}: unknown key {part!r}")
+                raise ScenarioError(f"{place}: unknown key {part!r}")
             yield from _walk(one, (*key, part), where)
     elif isinstance(value, list):
         for at, one in enumerate(value):
             yield from _walk(one, (*key, str(at)), where)
     elif isinstance(value, float) and not math.isfinite(value):
-        raise ScenarioError(f"{_place(key, where)}: must be finite, found {value}")
+        raise ScenarioError(f"{place}: must be finite, got {value}")
 
 
-def _read(draw: Mapping[str, Any], key: Key, where: str) -> _Range | _Choice:
-    """Return a draw ready to be drawn from, or say what is wrong with it."""
-    place = _place(key, where)
-    for kind, option in (("range", "log"), ("choice", "weights")):
-        if kind in draw and not set(draw) <= {kind, option}:
-            foreign = next(str(part) for part in draw if part not in (kind, option))
-            raise ScenarioError(
-                f"{place}: beside {kind} only {option} may stand, found {foreign!r}"
-            )
-    if "range" in draw:
-        return _read_range(draw["range"], draw.get("log", False), key, place)
-    return _read_choice(draw["choice"], draw.get("weights"), place)
+def _parsed(
+    value: Mapping[str, Any], key: Key, where: str
+) -> RangeSample | ChoiceSample:
+    kind: type[RangeSample | ChoiceSample] = ChoiceSample
+    if "range" in value:
+        kind = WholeRangeSample if takes_whole_numbers(key) else RangeSample
+    try:
+        return kind.model_validate(value)
+    except ValidationError as error:
+        raise ScenarioError(error_line(where, error, key)) from error
 
 
-def _read_range(ends: Any, is_log: Any, key: Key, place: str) -> _Range:
-    if not (isinstance(ends, list) and len(ends) == 2 and all(map(_is_number, ends))):
-        raise ScenarioError(f"{place}: range must be two numbers, found {ends!r}")
-    if not isinstance(is_log, bool):
-        raise ScenarioError(f"{place}: log must be true or false, found {is_log!r}")
-    low, high = ends
-    if low > high:
-        raise ScenarioError(f"{place}: range must not fall, found {ends!r}")
-    if is_log and low <= 0:
-        raise ScenarioError(
-            f"{place}: range must be above 0 where log is true, found {ends!r}"
-        )
-    is_whole = takes_whole_numbers(key)
-    if is_whole and not all(isinstance(end, int) for end in ends):
-        raise ScenarioError(f"{place}: range must be whole numbers, found {ends!r}")
-    kind = int if is_whole else float
-    return _Range(kind(low), kind(high), is_log, is_whole)
+def takes_whole_numbers(key: Key) -> bool:
+    """Whether a scenario has whole numbers, and no others, at a key.
+
+    Examples
+    --------
+    >>> takes_whole_numbers(("frames",))
+    True
+    >>> takes_whole_numbers(("road", "sections", "0", "length_m"))
+    False
+    """
+    allowed: set[Any] = {Scenario}
+    for part in key:
+        allowed = {inner for outer in allowed for inner in _types_at(outer, part)}
+    return int in allowed and float not in allowed
 
 
-def _read_choice(values: Any, weights: Any, place: str) -> _Choice:
-    if not isinstance(values, list) or not values:
-        raise ScenarioError(
-            f"{place}: choice must be a list of at least one value, found {values!r}"
-        )
-    if weights is None:
-        return _Choice(tuple(values), (1 / len(values),) * len(values))
-    fits = isinstance(weights, list) and len(weights) == len(values)
-    if not fits or not all(_is_number(one) and one >= 0 for one in weights):
-        raise ScenarioError(
-            f"{place}: weights must be {len(values)} numbers of at least 0, found "
-            f"{weights!r}"
-        )
-    if sum(weights) <= 0:
-        raise ScenarioError(f"{place}: weights must not all be 0")
-    return _Choice(tuple(values), tuple(one / sum(weights) for one in weights))
+def _types_at(outer: Any, part: str) -> Iterator[Any]:
+    """Return the types that a part of a value of type ``outer`` may have."""
+    if get_origin(outer) is dict:
+        yield from types_in(get_args(outer)[1])
+    elif get_origin(outer) in (tuple, list):
+        for argument in get_args(outer):
+            yield from types_in(argument)
+    elif isinstance(outer, type) and issubclass(outer, BaseModel):
+        if part in outer.model_fields:
+            yield from types_in(outer.model_fields[part].annotation)
 
 
-def _place(key: Key, where: str) -> str:
-    return f"{where}: {'.'.join(key)}" if key else where
+def schema_with_samples() -> dict[str, Any]:
+    """Return the JSON Schema of a scenario in which any value may be a sample."""
+    schema = Scenario.model_json_schema()
+    for part in (schema, *schema["$defs"].values()):
+        for key, value in part.get("properties", {}).items():
+            if key not in _FIXED_KEYS:
+                part["properties"][key] = _or_sample(value)
+    sample = TypeAdapter(RangeSample | ChoiceSample).json_schema()
+    schema["$defs"] |= sample.pop("$defs") | {"Sample": sample}
+    return schema
 
 
-def _is_number(value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= _LARGEST  # which not-a-number is not
+def _or_sample(value: Mapping[str, Any]) -> dict[str, Any]:
+    notes = {note: value[note] for note in ("title", "description") if note in value}
+    items = {
+        inner: _or_sample(value[inner])
+        for inner in ("items", "additionalProperties")
+        if isinstance(value.get(inner), dict)
+    }
+    return notes | {"anyOf": [{**value, **items}, {"$ref": "#/$defs/Sample"}]}

@@ -1,4 +1,4 @@
-"""Variants: one story told several ways, as changes to the scenario file's own values.
+"""Variants of a scenario: named changes to the values of its file.
 
 A file may end with::
 
@@ -7,7 +7,7 @@ A file may end with::
       extreme: {imaging.keep_every: 5, camera: {fov_rad: 0.3}}
 
 Keys are nested or dotted. A mapping changes the keys it names and leaves the others;
-any other value, a list too, takes the place of what stood there.
+any other value, also a list, replaces the value at its key.
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ from simbench.scenarios.files.samples import is_sample
 __all__ = ["KEY", "apply_variant", "variant_names"]
 
 KEY = "variants"
-"""Where variants stand in a scenario file."""
+"""Key of the variants in a scenario file."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
-_FIXED = ("name", "tests", "variant", KEY)
-"""What makes it the same story: no variant changes these."""
+_FIXED_KEYS = ("name", "tests", "variant", KEY)  # they identify the scenario
 
 
 def variant_names(content: dict[str, Any], where: str) -> list[str]:
@@ -48,25 +47,25 @@ def variant_names(content: dict[str, Any], where: str) -> list[str]:
         return []
     if not isinstance(variants, dict):
         raise ScenarioError(
-            f"{where}: {KEY}: wanted a mapping of names to changes, found "
+            f"{where}: {KEY}: expected a mapping of names to changes, got "
             f"{type(variants).__name__}"
         )
     for name, changes in variants.items():
         if not isinstance(name, str) or not _NAME.fullmatch(name) or name == "all":
             raise ScenarioError(
-                f"{where}: {KEY}: a name must be of a-z, 0-9 and -, and not 'all', "
-                f"found {name!r}"
+                f"{where}: {KEY}: a name must consist of a-z, 0-9 and -, and not be "
+                f"'all', got {name!r}"
             )
         if not isinstance(changes, dict | None):
             raise ScenarioError(
-                f"{where}: {KEY}.{name}: wanted a mapping of keys to values, found "
+                f"{where}: {KEY}.{name}: expected a mapping of keys to values, got "
                 f"{type(changes).__name__}"
             )
     return list(variants)
 
 
 def apply_variant(content: dict[str, Any], variant: str, where: str) -> dict[str, Any]:
-    """Return a file's content as one of its variants tells it.
+    """Return a file's content with the changes of one of its variants.
 
     Parameters
     ----------
@@ -80,31 +79,32 @@ def apply_variant(content: dict[str, Any], variant: str, where: str) -> dict[str
     Returns
     -------
     dict
-        A copy without ``variants``; ``variant`` stands in it where one was asked for.
+        A copy without ``variants``; with ``variant`` if one was requested.
 
     Raises
     ------
     ScenarioError
-        If there is no such variant, or it changes what it may not.
+        If there is no such variant, or it changes a fixed key.
     """
     names = variant_names(content, where)
-    changed = {key: _copied(one) for key, one in content.items() if key != KEY}
+    result: dict[str, Any] = _without_aliases(content)
+    variants = result.pop(KEY, None)
     if not variant:
-        return changed
+        return result
     if variant not in names:
-        there = f"there are {names}" if names else "it has none"
-        raise ScenarioError(f"{where}: unknown variant {variant!r}: {there}")
+        existing = f"there are {names}" if names else "it has none"
+        raise ScenarioError(f"{where}: unknown variant {variant!r}: {existing}")
     place = f"{where}: {KEY}.{variant}"
-    changes = _nested(content[KEY][variant] or {}, place)
-    for key in _FIXED:
+    changes = _nested(variants[variant] or {}, place)
+    for key in _FIXED_KEYS:
         if key in changes:
             raise ScenarioError(f"{place}: a variant must not change {key}")
-    _merge(changed, changes)
-    return changed | {"variant": variant}
+    _merge(result, changes)
+    return result | {"variant": variant}
 
 
 def _nested(changes: dict[Any, Any], place: str) -> dict[str, Any]:
-    """Take dotted keys apart; two keys that say the same thing are an error."""
+    """Split dotted keys into nested mappings; refuse two values for one key."""
     nested: dict[str, Any] = {}
     for key, value in changes.items():
         if isinstance(value, dict):
@@ -129,17 +129,17 @@ def _join(known: dict[str, Any], new: dict[str, Any], place: str) -> None:
 def _merge(content: dict[str, Any], changes: dict[str, Any]) -> None:
     for key, value in changes.items():
         known = content.get(key)
-        is_draw_there = is_sample(known) or is_sample(value)  # one value, not a part's
-        if isinstance(known, dict) and isinstance(value, dict) and not is_draw_there:
-            _merge(known, value)
+        both_are_parts = isinstance(known, dict) and isinstance(value, dict)
+        if both_are_parts and not is_sample(known) and not is_sample(value):
+            _merge(content[key], value)
         else:
-            content[key] = _copied(value)
+            content[key] = value
 
 
-def _copied(value: Any) -> Any:
-    """Copy each place by itself: YAML's aliases let two places share one value."""
+def _without_aliases(value: Any) -> Any:
+    """Copy a value so that no two places share one, as with YAML's aliases."""
     if isinstance(value, dict):
-        return {key: _copied(one) for key, one in value.items()}
+        return {key: _without_aliases(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_copied(one) for one in value]
+        return [_without_aliases(item) for item in value]
     return value

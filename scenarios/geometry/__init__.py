@@ -1,1 +1,1 @@
-"""Shapes of roads and lines."""
+"""Reference lines of roads, floors and networks."""

@@ -1,4 +1,4 @@
-"""A line through the world: from along, lateral and height to the plane and back."""
+"""Reference line: from road coordinates to the road frame and back."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ __all__ = ["Line"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """A curve without corners, sampled about every metre.
+    """Reference line of a scenario's road coordinates, sampled about every metre.
 
-    Along it the scenario's places are told: along a road's middle, the edge of a
-    floor, or the path of a target through a network.
+    It is the middle of a road, of a floor, or the target's path through a network.
 
     Attributes
     ----------
@@ -27,7 +26,7 @@ class Line:
     heading, pitch : (S,) float, rad
         Direction of travel, counter-clockwise from x, without jumps, and slope upwards.
     map_origin : (3,) float, m
-        Where the road frame's origin lies on the map that it was taken from.
+        Origin of the road frame in the coordinates of the SUMO network.
     """
 
     along: NDArray[np.float64]
@@ -40,7 +39,7 @@ class Line:
 
     @classmethod
     def straight(cls, reach_m: float) -> Self:
-        """Return the x axis as far as ``reach_m`` either way."""
+        """Return the x axis from ``-reach_m`` to ``reach_m``."""
         along = np.linspace(-reach_m, reach_m, 3)
         flat = np.zeros(3)
         return cls(along=along, x=along, y=flat, z=flat, heading=flat, pitch=flat)
@@ -59,20 +58,12 @@ class Line:
         -------
         (..., 3) float, m
         """
-        s, d, h = np.broadcast_arrays(
-            np.asarray(along_m, np.float64),
-            np.asarray(lateral_m, np.float64),
-            np.asarray(height_m, np.float64),
-        )
+        s, d, h = np.broadcast_arrays(along_m, lateral_m, height_m)
         heading = self.heading_at(s)
-        return np.stack(
-            [
-                np.interp(s, self.along, self.x) - d * np.sin(heading),
-                np.interp(s, self.along, self.y) + d * np.cos(heading),
-                np.interp(s, self.along, self.z) + h,
-            ],
-            axis=-1,
-        )
+        x = np.interp(s, self.along, self.x) - d * np.sin(heading)
+        y = np.interp(s, self.along, self.y) + d * np.cos(heading)
+        z = np.interp(s, self.along, self.z) + h
+        return np.stack([x, y, z], axis=-1)
 
     def locate(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the road coordinates of points: the inverse of `point`.
@@ -86,7 +77,7 @@ class Line:
         (N, 2) float, m
             ``along, lateral``, exact to millimetres within 60 m of the line.
         """
-        # here: the process that drives SUMO loads this module, but places no points
+        # imported here: the SUMO process loads this module but needs no tree
         from scipy.spatial import cKDTree
 
         tree = cKDTree(np.stack([self.x, self.y], axis=-1))
@@ -108,7 +99,6 @@ class Line:
         return np.interp(np.asarray(along_m, np.float64), self.along, self.pitch)
 
     def map_point(self, x_m: float, y_m: float, z_m: float) -> NDArray[np.float64]:
-        """Return where a point of the map lies in the road frame, (3,) m."""
-        there = np.array([x_m, y_m, z_m], dtype=np.float64)
-        placed: NDArray[np.float64] = there - np.array(self.map_origin)
-        return placed
+        """Return a point of the SUMO network in the road frame, (3,) m."""
+        point: NDArray[np.float64] = np.array([x_m, y_m, z_m]) - self.map_origin
+        return point

@@ -1,7 +1,7 @@
-"""The road's centre line: from road coordinates to the plane, smooth to the metre.
+"""Centre line of a dual carriageway.
 
-Curvature and slope of the sections are blended over `_BLEND_M`, as clothoids and
-vertical curves do on real roads, and integrated numerically.
+Curvature and slope of the sections are blended over `_BLEND_M`, as by clothoids and
+vertical curves on real roads, and integrated numerically.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ __all__ = ["RoadLine"]
 
 _STEP_M = 1.0
 _BLEND_M = 60.0
+_MARGIN_M = 600.0  # scenery continues beyond the ends of the traffic
+_PAVED_MARGIN_M = 0.5  # between the median and the innermost lane
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +31,7 @@ class RoadLine(Line):
     Attributes
     ----------
     road : Road
-        What it was made from.
+        From which it was made.
     """
 
     road: Road
@@ -37,9 +39,9 @@ class RoadLine(Line):
     @classmethod
     def from_road(cls, road: Road) -> RoadLine:
         """Integrate the sections of a road, extended straight at both ends."""
-        margin = 600.0  # scenery goes on where the traffic does not
-        end = road.length_m - road.before_m
-        along = np.arange(-road.before_m - margin, end + margin + _STEP_M, _STEP_M)
+        first = -road.before_m - _MARGIN_M
+        last = road.length_m - road.before_m + _MARGIN_M
+        along = np.arange(first, last + _STEP_M, _STEP_M)
         curvature = np.zeros(len(along))
         slope = np.zeros(len(along))
         start = 0.0
@@ -63,27 +65,27 @@ class RoadLine(Line):
         )
 
     def lane_lateral(self, lane: ArrayLike) -> NDArray[np.float64]:
-        """Return the lateral place [m] of a (fractional) lane of the near side.
+        """Return the lateral position [m] of the middle of a (fractional) lane.
 
         Lane 0 is the right-most; the opposite carriageway is the mirror image.
         """
         road = self.road
-        inner = road.median_m / 2.0 + 0.5  # half a metre of paved margin
-        count = np.asarray(lane, np.float64)
-        return -(inner + (road.lanes - count - 0.5) * road.lane_width_m)
+        inner = road.median_m / 2.0 + _PAVED_MARGIN_M
+        number = np.asarray(lane, np.float64)
+        return -(inner + (road.lanes - number - 0.5) * road.lane_width_m)
 
     @property
     def edge_m(self) -> float:
         """Distance from the median's middle to the outer edge of the shoulder in m."""
         road = self.road
-        paved = road.median_m / 2.0 + 0.5 + road.lanes * road.lane_width_m
+        paved = road.median_m / 2.0 + _PAVED_MARGIN_M + road.lanes * road.lane_width_m
         return paved + road.shoulder_m
 
 
 def _integral(
     rate: NDArray[np.float64], along: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Integrate by trapezoids, with value 0 at arc length 0."""
+    """Integrate by the trapezoidal rule, with value 0 at arc length 0."""
     steps = np.diff(along) * (rate[1:] + rate[:-1]) / 2.0
     total = np.concatenate([[0.0], np.cumsum(steps)])
     value: NDArray[np.float64] = total - np.interp(0.0, along, total)

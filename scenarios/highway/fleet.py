@@ -1,4 +1,4 @@
-"""The vehicles there are: sizes, how each class drives, and paints."""
+"""Vehicle classes: sizes, driving parameters and paints."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 
 from simbench.core.trajectories import VehicleClass
 
-__all__ = ["FLEET", "PAINTS", "Build", "sample_paint"]
+__all__ = ["FLEET", "PAINTS", "VehicleModel", "sample_paint"]
 
 
 @dataclass(frozen=True, slots=True)
-class Build:
-    """Size and temper of a vehicle class.
+class VehicleModel:
+    """Size and driving parameters of a vehicle class.
 
     Attributes
     ----------
     length, width, height : float, m
     max_speed : float, m/s
     accel, decel : float, m/s^2
-        What its driver uses.
+        As its driver uses them.
     speed_factor : float
         Mean of the desired speed as a share of the limit.
     is_light : bool
@@ -37,15 +37,15 @@ class Build:
     is_light: bool
 
 
-FLEET: dict[VehicleClass, Build] = {
-    "car": Build(4.5, 1.8, 1.46, 55.0, 2.6, 4.5, 0.95, True),
-    "suv": Build(4.8, 1.95, 1.78, 50.0, 2.4, 4.5, 0.95, True),
-    "van": Build(5.6, 2.05, 2.45, 42.0, 2.0, 4.5, 0.88, True),
-    "truck": Build(8.6, 2.45, 3.3, 25.0, 1.2, 4.0, 0.75, False),
-    "trailer": Build(16.5, 2.55, 4.0, 24.0, 0.9, 4.0, 0.72, False),
-    "bus": Build(12.0, 2.5, 3.2, 28.0, 1.2, 4.0, 0.8, False),
-    # SUMO's motorcycles brake at 10 m/s^2 by default, which looks absurd on film.
-    "motorcycle": Build(2.2, 0.85, 1.55, 55.0, 3.5, 4.5, 1.0, True),
+FLEET: dict[VehicleClass, VehicleModel] = {
+    "car": VehicleModel(4.5, 1.8, 1.46, 55.0, 2.6, 4.5, 0.95, True),
+    "suv": VehicleModel(4.8, 1.95, 1.78, 50.0, 2.4, 4.5, 0.95, True),
+    "van": VehicleModel(5.6, 2.05, 2.45, 42.0, 2.0, 4.5, 0.88, True),
+    "truck": VehicleModel(8.6, 2.45, 3.3, 25.0, 1.2, 4.0, 0.75, False),
+    "trailer": VehicleModel(16.5, 2.55, 4.0, 24.0, 0.9, 4.0, 0.72, False),
+    "bus": VehicleModel(12.0, 2.5, 3.2, 28.0, 1.2, 4.0, 0.8, False),
+    # SUMO's motorcycles brake at 10 m/s^2 by default, which looks unrealistic.
+    "motorcycle": VehicleModel(2.2, 0.85, 1.55, 55.0, 3.5, 4.5, 1.0, True),
 }
 
 PAINTS: dict[str, tuple[int, int, int]] = {
@@ -61,7 +61,7 @@ PAINTS: dict[str, tuple[int, int, int]] = {
     "brown": (92, 62, 42),
 }
 
-# Shares on European roads: greys and whites rule, loud paints are rare.
+# Shares on European roads: mostly grey and white, seldom bright colours.
 _CAR_SHARES = {
     "white": 0.26,
     "silver": 0.16,
@@ -80,7 +80,7 @@ _LORRY_SHARES = {"white": 0.5, "silver": 0.1, "red": 0.1, "blue": 0.2, "yellow":
 def sample_paint(
     vehicle_class: VehicleClass, rng: np.random.Generator
 ) -> tuple[int, int, int]:
-    """Draw a paint (sRGB, 0..255) as such a vehicle would have."""
+    """Sample a paint (sRGB, 0..255) by its frequency in a vehicle class."""
     heavy = vehicle_class in ("truck", "trailer", "bus", "van")
     shares = _LORRY_SHARES if heavy else _CAR_SHARES
     weights = np.array(list(shares.values()))

@@ -1,4 +1,4 @@
-"""From a scenario to trajectories: ask SUMO in a child process, check the draw."""
+"""Highway trajectories of a scenario: SUMO in a child process, and plausibility."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from numpy.typing import NDArray
 from simbench.core.errors import TrafficError
 from simbench.core.trajectories import Trajectories
 from simbench.scenarios.geometry.road import RoadLine
-from simbench.scenarios.highway.bending import STEP_S, bend
 from simbench.scenarios.highway.fleet import FLEET
-from simbench.scenarios.schema import Scenario, scripted_lanes
+from simbench.scenarios.highway.kinematics import STEP_S, road_trajectories
+from simbench.scenarios.schema import Scenario, ScriptedVehicle, Target, scripted_lanes
 from simbench.scenarios.schema.frame_times import frame_times
-from simbench.scenarios.schema.seeds import stream
+from simbench.scenarios.schema.seeds import stream_seed
 
 __all__ = ["raise_if_failed", "run_sumo", "simulate"]
 
 logger = logging.getLogger(__name__)
 
-_DRAWS = 20
+_ATTEMPTS = 20
 _PLAUSIBLE_BRAKING = 6.0  # m/s^2; harder is an emergency stop, not driving
 _TIMEOUT_S = 600.0
-_KEEP = 3
+_CACHED_RECORDINGS = 3
 
 
 def simulate(
@@ -46,7 +46,7 @@ def simulate(
         Seed of the run; ``scenario.seeds`` may hold parts of it fixed. The same
         scenario and seed give bit-identical trajectories, in any process.
     skip : int
-        Draws to pass over because they were found unfit later.
+        Traffic attempts to skip because they were rejected later.
 
     Returns
     -------
@@ -56,58 +56,60 @@ def simulate(
     Raises
     ------
     TrafficError
-        If SUMO refuses or crashes, or no plausible draw was found.
+        If SUMO refuses or crashes, or no plausible traffic was found.
     """
     reason = ""
     times = frame_times(scenario, seed)
-    for attempt in range(skip, skip + _DRAWS):
-        draw = stream(scenario, seed, "traffic", attempt)
-        request = _request(scenario, line, draw, times)
+    for attempt in range(skip, skip + _ATTEMPTS):
+        sumo_seed = stream_seed(scenario, seed, "traffic", attempt)
+        request = _request(scenario, line, sumo_seed, float(times[-1]))
         recording = _recorded(request)
         reason = _implausible(recording, request, scenario)
         if not reason:
-            return bend(recording, scenario, line, seed, times, traffic_redraws=attempt)
-        logger.info("%s seed %d: drawn again: %s", scenario.name, seed, reason)
+            return road_trajectories(
+                recording, scenario, line, seed, times, traffic_redraws=attempt
+            )
+        logger.info("%s seed %d: traffic rejected: %s", scenario.name, seed, reason)
     raise TrafficError(
-        f"{scenario.name}: no plausible traffic in {_DRAWS} draws, wanted one without "
-        f"collisions and with the target as told; the last one: {reason}"
+        f"{scenario.name}: no plausible traffic in {_ATTEMPTS} attempts: expected no "
+        f"collision and the scripted motion of the target, got in the last: {reason}"
     )
 
 
 def _request(
-    scenario: Scenario, line: RoadLine, seed: int, times: NDArray[np.float64]
+    scenario: Scenario, line: RoadLine, seed: int, duration_s: float
 ) -> dict[str, Any]:
     road, target = scenario.carriageway, scenario.target
     front = target.along_m + road.before_m + FLEET[target.vehicle_class].length / 2
     actors = [_actor("target", target, front, target.clear_m)]
-    for number, stranger in enumerate(scenario.strangers):
-        there = front + stranger.ahead_m
-        actors.append(_actor(f"stranger.{number}", stranger, there, 15.0))
-    inside = [20.0 <= actor["front_m"] <= road.length_m - 20.0 for actor in actors]
-    if not all(inside):
-        name = actors[inside.index(False)]["name"]
-        raise TrafficError(f"{scenario.name}: {name} must start on the road")
-    traffic = scenario.traffic
+    for number, scripted in enumerate(scenario.strangers):
+        place = front + scripted.ahead_m
+        actors.append(_actor(f"stranger.{number}", scripted, place, 15.0))
+    for actor in actors:
+        if not 20.0 <= actor["front_m"] <= road.length_m - 20.0:
+            raise TrafficError(
+                f"{scenario.name}: {actor['name']} must start on the road"
+            )
     return {
         "seed": seed,
-        "lanes": road.lanes,
-        "lane_width_m": road.lane_width_m,
         "length_m": road.length_m,
-        "speed_limit_mps": road.speed_limit_mps,
-        "opposite": road.opposite,
-        "density_per_km_lane": traffic.density_per_km_lane,
-        "mix": dict(traffic.mix),
-        "warm_up_s": traffic.warm_up_s,
-        "lane_change_s": traffic.lane_change_s,
-        "duration_s": float(times[-1]),
+        **road.model_dump(
+            include={"lanes", "lane_width_m", "speed_limit_mps", "opposite"}
+        ),
+        **scenario.traffic.model_dump(exclude={"balls"}),
+        "duration_s": duration_s,
         "actors": actors,
     }
 
 
-def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, Any]:
-    told = scripted_lanes(role)
-    lanes = {role.lane, *(lane for _, lane in told)}
-    moves = [{"at_s": at_s, "speed_mps": None, "lane": lane} for at_s, lane in told]
+def _actor(
+    name: str, role: Target | ScriptedVehicle, front_m: float, clear_m: float
+) -> dict[str, Any]:
+    """Return a scripted vehicle as a request describes it."""
+    lane_moves = scripted_lanes(role)
+    moves: list[dict[str, Any]] = [
+        {"at_s": at_s, "speed_mps": None, "lane": lane} for at_s, lane in lane_moves
+    ]
     moves += [
         {"at_s": move.at_s, "speed_mps": move.speed_mps, "lane": None}
         for move in role.manoeuvres
@@ -118,7 +120,7 @@ def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, An
         "kind": role.vehicle_class,
         "length_m": FLEET[role.vehicle_class].length,
         "lane": role.lane,
-        "lanes": sorted(lanes),
+        "lanes": sorted({role.lane, *(lane for _, lane in lane_moves)}),
         "clears_all_lanes": name == "target",
         "front_m": front_m,
         "clear_m": clear_m,
@@ -127,8 +129,8 @@ def _actor(name: str, role: Any, front_m: float, clear_m: float) -> dict[str, An
     }
 
 
-_kept: dict[str, dict[str, NDArray[Any]]] = {}
-"""The last recordings, under what made them; a solver asks for one many times over."""
+_cache: dict[str, dict[str, NDArray[Any]]] = {}
+"""The last recordings by request without duration; dial solvers repeat requests."""
 
 
 def _recorded(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
@@ -139,33 +141,33 @@ def _recorded(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """
     key = json.dumps(request | {"duration_s": None}, sort_keys=True)
     steps = round(request["duration_s"] / STEP_S) + 2
-    kept = _kept.get(key)
-    if kept is None or len(kept["front"]) < steps:
-        kept = run_sumo("simbench.scenarios.highway.sumo_process", request)
-        while len(_kept) >= _KEEP:
-            del _kept[next(iter(_kept))]
-        _kept[key] = kept
-    front, lane = kept["front"][:steps], kept["lane"][:steps]
-    came = ~np.all(np.isnan(front), axis=0)
+    found = _cache.get(key)
+    if found is None or len(found["front"]) < steps:
+        found = run_sumo("simbench.scenarios.highway.sumo_process", request)
+        while len(_cache) >= _CACHED_RECORDINGS:
+            del _cache[next(iter(_cache))]
+        _cache[key] = found
+    front, lane = found["front"][:steps], found["lane"][:steps]
+    present = ~np.all(np.isnan(front), axis=0)
     return {
-        "names": kept["names"][came],
-        "front": front[:, came],
-        "lane": lane[:, came],
-        "collisions": kept["collisions"][: steps - 1],
+        "names": found["names"][present],
+        "front": front[:, present],
+        "lane": lane[:, present],
+        "collisions": found["collisions"][: steps - 1],
     }
 
 
 def run_sumo(module: str, request: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """Run a module that drives SUMO in a child process, and return its recording.
+    """Run a module that calls SUMO in a child process, and return its recording.
 
     Raises
     ------
     TrafficError
-        With SUMO's own words, if it refuses, crashes or does not come to an end.
+        With SUMO's own message, if it refuses, crashes or does not come to an end.
     """
     with tempfile.TemporaryDirectory(prefix="simbench-traffic-") as folder:
         answer = Path(folder) / "recording.npz"
-        # -P: a random.py in the user's directory must not stand in for the real one
+        # -P: a random.py in the user's directory must not replace the standard one
         program = [sys.executable, "-P", "-m", module, str(answer)]
         try:
             done = subprocess.run(
@@ -183,30 +185,29 @@ def run_sumo(module: str, request: dict[str, Any]) -> dict[str, NDArray[Any]]:
 
 
 def raise_if_failed(done: subprocess.CompletedProcess[bytes]) -> None:
-    """Turn a failed SUMO process into an error that carries SUMO's own words."""
+    """Raise an error with SUMO's own message if its process failed."""
     if done.returncode < 0:
         raise TrafficError(f"SUMO crashed (signal {-done.returncode})")
     if done.returncode != 0:
-        words = [line for line in done.stderr.decode(errors="replace").splitlines()]
-        said = [line for line in words if "Error" in line] or words[-1:]
-        raise TrafficError(f"SUMO refused: {' '.join(said)[:500]}")
+        lines = done.stderr.decode(errors="replace").splitlines()
+        errors = [line for line in lines if "Error" in line] or lines[-1:]
+        raise TrafficError(f"SUMO refused: {' '.join(errors)[:500]}")
 
 
 def _implausible(
     recording: dict[str, NDArray[Any]], request: dict[str, Any], scenario: Scenario
 ) -> str:
-    """Say what is wrong with a draw, or nothing."""
+    """Return why to reject a recording, or an empty string."""
     if recording["collisions"].any():
         return "vehicles collided"
     names = recording["names"].tolist()
-    column = names.index("target")
-    front = recording["front"][:, column]
+    front = recording["front"][:, names.index("target")]
     if np.isnan(front).any():
-        left = int(np.isnan(front).argmax()) * STEP_S
+        left_s = int(np.isnan(front).argmax()) * STEP_S
         raise TrafficError(
-            f"{scenario.name}: the target reaches the end of the road after {left:.1f} "
-            f"s of {request['duration_s']:.1f}: lengthen road.sections or start "
-            "earlier"
+            f"{scenario.name}: the target reaches the end of the road after "
+            f"{left_s:.1f} s of {request['duration_s']:.1f}: lengthen road.sections or "
+            "start earlier"
         )
     speed = np.diff(front) / STEP_S
     window = round(0.2 / STEP_S)  # drivers act five times a second
@@ -215,29 +216,28 @@ def _implausible(
         return f"the target braked with {braking.max():.1f} m/s^2"
     for actor in request["actors"]:
         lane = recording["lane"][:, names.index(actor["name"])]
-        if not _changed_as_told(lane, actor, request["lane_change_s"]):
-            return f"{actor['name']} could not change lane as told"
+        if not _changes_as_scripted(lane, actor, request["lane_change_s"]):
+            return f"{actor['name']} could not change lane as scripted"
     return ""
 
 
-def _changed_as_told(
+def _changes_as_scripted(
     lane: NDArray[np.float64], actor: dict[str, Any], lasts_s: float
 ) -> bool:
-    """Tell whether every lane change began within a second and took its time."""
+    """Tell whether every lane change began within a second and ended in time."""
 
     def at(time_s: float) -> float:
-        """Return the lane then, or NaN past the end or off the road."""
+        """Return the lane at a time, or NaN past the end or off the road."""
         step = round(time_s / STEP_S)
         return float(lane[step]) if step < len(lane) else float("nan")
 
     before = actor["lane"]
     moves = [move for move in actor["manoeuvres"] if move["lane"] is not None]
-    nexts = [move["at_s"] for move in moves[1:]] + [np.inf]
-    for move, next_s in zip(moves, nexts[: len(moves)], strict=True):
-        begun = move["at_s"] + 1.0
-        done = min(move["at_s"] + 1.2 + lasts_s, next_s)
-        # NaN compares false: what the recording does not show is not held against it.
-        if abs(at(begun) - before) < 1e-6 or abs(at(done) - move["lane"]) > 0.02:
+    for move, next_move in zip(moves, [*moves[1:], {"at_s": np.inf}], strict=False):
+        end_s = min(move["at_s"] + 1.2 + lasts_s, next_move["at_s"])
+        # NaN compares false: what the recording does not show is not counted against it
+        begun = not abs(at(move["at_s"] + 1.0) - before) < 1e-6
+        if not begun or abs(at(end_s) - move["lane"]) > 0.02:
             return False
         before = move["lane"]
     return True

@@ -1,20 +1,20 @@
-"""What SUMO did on a network: every vehicle at every step, and its changes of lane."""
+"""Recording of a SUMO run on a network: vehicles at every step, and lane changes."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.trajectories import VehicleClass
-from simbench.scenarios.highway.bending import smooth_lane
+from simbench.scenarios.highway.kinematics import smooth_lane
 from simbench.scenarios.network.shapes import Network
 
-__all__ = ["CENTRED_M", "Change", "Drive", "Look", "Recording", "class_of"]
+__all__ = ["CENTRED_M", "RecordedVehicle", "Recording", "StepChange", "class_of"]
 
 _CLASSES: dict[str, VehicleClass] = {
     "bicycle": "motorcycle",
@@ -30,13 +30,13 @@ _CLASSES: dict[str, VehicleClass] = {
 }
 _LONG_M, _LORRY_M, _VAN_M, _SHORT_M, _TALL_M = 12.0, 7.0, 5.5, 3.0, 1.7
 CENTRED_M = 1e-3
-"""A vehicle as near to the middle of its lane is not changing it."""
+"""A vehicle within this distance of the middle of its lane is not changing lanes."""
 
 
 def class_of(
     vehicle_class: str, shape: str, length: float, height: float
 ) -> VehicleClass:
-    """Return which of our bodies a SUMO vehicle gets.
+    """Return the vehicle class whose body a SUMO vehicle gets.
 
     Parameters
     ----------
@@ -63,29 +63,8 @@ def class_of(
     return next((kind for fits, kind in sizes if fits), "car")
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
-    """What does not change about a vehicle.
-
-    Attributes
-    ----------
-    vehicle_class : str
-        Which of our bodies it gets.
-    length, width, height : float, m
-    colour : (r, g, b) int, 0..255, or None
-        As the network's author told it, or None.
-    """
-
-    vehicle_class: VehicleClass
-    length: float
-    width: float
-    height: float
-    colour: tuple[int, int, int] | None
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One lane change: the steps at which it begins and is done, and the lanes."""
+class StepChange(NamedTuple):
+    """One lane change: the steps of its start and end, and the lanes."""
 
     start: int
     end: int
@@ -94,36 +73,41 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Drive:
+class RecordedVehicle:
     """One vehicle over its N steps on the road.
 
     Attributes
     ----------
     name : str
-    look : Look
+    vehicle_class : str
+        Of its body in the picture.
+    length, width, height : float, m
+    colour : (r, g, b) int, 0..255, or None
+        As the network's author set it, or None.
     steps : (N,) int
         Increasing; one is missing only while SUMO moves the vehicle elsewhere.
     front : (N, 3) float, m
         Middle of the front bumper, in the network's coordinates.
     heading : (N,) float, rad
-        As SUMO tells it, counter-clockwise from x.
+        As SUMO reports it, counter-clockwise from x.
     slope : (N,) float, rad
-    lane_names : list of str
-        Of the whole recording.
     lane, index : (N,) int
-        Which of them it is on, and that lane's index from the right.
+        Number of its lane in the recording, and that lane's index from the right.
     along : (N,) float, m
-        How far the front is along the lane.
+        Distance of the front along the lane.
     aside : (N,) float, m
         Its distance to the left of the lane's middle.
-    width : (N,) float, m
-        Of the lane.
-    edges : list of str
+    lane_width : (N,) float, m
+    edges : tuple of str
         The edge of every lane of the recording.
     """
 
     name: str
-    look: Look
+    vehicle_class: VehicleClass
+    length: float
+    width: float
+    height: float
+    colour: tuple[int, int, int] | None
     steps: NDArray[np.int64]
     front: NDArray[np.float64]
     heading: NDArray[np.float64]
@@ -132,56 +116,62 @@ class Drive:
     index: NDArray[np.int64]
     along: NDArray[np.float64]
     aside: NDArray[np.float64]
-    width: NDArray[np.float64]
+    lane_width: NDArray[np.float64]
     edges: tuple[str, ...]
 
+    @property
+    def edge(self) -> NDArray[np.str_]:
+        """Edge of its lane, (N,)."""
+        return np.array(self.edges)[self.lane]
+
     @cached_property
-    def changes(self) -> tuple[Change, ...]:
-        """Its lane changes: the lane flips between two lanes of one edge."""
-        edge = np.array([self.edges[number] for number in self.lane])
+    def changes(self) -> tuple[StepChange, ...]:
+        """Lane changes: steps where the lane changes within one edge."""
         flips = np.flatnonzero(
             (np.diff(self.index) != 0)
-            & (edge[1:] == edge[:-1])
+            & (self.edge[1:] == self.edge[:-1])
             & (np.diff(self.steps) == 1)
         )
         centred = np.flatnonzero(np.abs(self.aside) < CENTRED_M)
         changes = []
         for flip in flips:
             before, after = centred[centred <= flip], centred[centred > flip]
-            begin = int(before[-1]) if len(before) else 0
-            done = int(after[0]) if len(after) else len(self.steps) - 1
-            lanes = int(self.index[flip]), int(self.index[flip + 1])
-            changes.append(
-                Change(int(self.steps[begin]), int(self.steps[done]), *lanes)
+            start, end = (
+                before[-1] if len(before) else 0,
+                after[0] if len(after) else -1,
             )
+            numbers = self.steps[[start, end]], self.index[[flip, flip + 1]]
+            changes.append(StepChange(*np.concatenate(numbers).tolist()))
         return tuple(changes)
 
     @property
-    def eased_front(self) -> NDArray[np.float64]:
-        """The front, with the straight ramps of lane changes rounded off; (N, 3) m.
+    def smooth_front(self) -> NDArray[np.float64]:
+        """The front, with the linear ramps of lane changes smoothed; (N, 3) m.
 
         Away from lane changes it is SUMO's own to the bit, see
-        `simbench.scenarios.highway.bending.smooth_lane`.
+        `simbench.scenarios.highway.kinematics.smooth_lane`.
         """
-        part = self.aside / self.width
+        part = self.aside / self.lane_width
         shift = np.where(np.abs(self.aside) < CENTRED_M, 0.0, smooth_lane(part) - part)
         left = np.stack(
             [-np.sin(self.heading), np.cos(self.heading), np.zeros(len(part))], axis=-1
         )
-        eased: NDArray[np.float64] = self.front + left * (shift * self.width)[:, None]
-        return eased
+        smooth: NDArray[np.float64] = (
+            self.front + left * (shift * self.lane_width)[:, None]
+        )
+        return smooth
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """All vehicles of a run, in the order in which they came, and its steps."""
+    """All vehicles of a run in order of appearance, and its number of steps."""
 
-    drives: tuple[Drive, ...]
+    vehicles: tuple[RecordedVehicle, ...]
     steps: int
 
     @classmethod
     def from_arrays(cls, raw: dict[str, NDArray[Any]], network: Network) -> Recording:
-        """Sort a child's recording by vehicle.
+        """Group the recording of a child process by vehicle.
 
         Parameters
         ----------
@@ -198,31 +188,31 @@ class Recording:
         bounds = np.searchsorted(
             raw["vehicle"][order], np.arange(len(raw["names"]) + 1)
         )
-        drives = []
-        for number, look in enumerate(json.loads(str(raw["looks"]))):
+        vehicles = []
+        for number, looks in enumerate(json.loads(str(raw["looks"]))):
             rows = order[bounds[number] : bounds[number + 1]]
-            on = raw["lane"][rows].astype(np.int64)
-            drives.append(
-                Drive(
+            lane = raw["lane"][rows].astype(np.int64)
+            length, height = float(looks["length"]), float(looks["height"])
+            vehicles.append(
+                RecordedVehicle(
                     name=str(raw["names"][number]),
-                    look=_look(look),
+                    vehicle_class=class_of(
+                        looks["vehicle_class"], looks["shape"], length, height
+                    ),
+                    length=length,
+                    width=float(looks["width"]),
+                    height=height,
+                    colour=tuple(looks["colour"]) if looks["colour"] else None,
                     steps=raw["step"][rows].astype(np.int64),
                     front=np.stack([raw[axis][rows] for axis in "xyz"], axis=-1),
                     heading=np.pi / 2.0 - np.radians(raw["angle"][rows]),
                     slope=np.radians(raw["slope"][rows]),
-                    lane=on,
-                    index=indices[on],
+                    lane=lane,
+                    index=indices[lane],
                     along=raw["along"][rows],
                     aside=raw["aside"][rows],
-                    width=widths[on],
+                    lane_width=widths[lane],
                     edges=edges,
                 )
             )
-        return cls(tuple(drives), int(raw["steps"]))
-
-
-def _look(told: dict[str, Any]) -> Look:
-    length, height = float(told["length"]), float(told["height"])
-    kind = class_of(told["vehicle_class"], told["shape"], length, height)
-    colour = tuple(told["colour"]) if told["colour"] else None
-    return Look(kind, length, float(told["width"]), height, colour)
+        return cls(tuple(vehicles), int(raw["steps"]))

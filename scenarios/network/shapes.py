@@ -1,4 +1,4 @@
-"""The roads of a SUMO network as shapes: lanes and junctions."""
+"""Lanes and junctions of a SUMO network, with their shapes."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ class Lane:
     index : int
         From the right, 0 the right-most.
     kind : str
-        ``road``; ``inside`` a junction; ``path`` for feet and bicycles; ``other`` for
-        rails and water, which are not drawn.
+        ``road``; ``inside`` a junction; ``path`` for pedestrians and bicycles;
+        ``other`` for rails and water, which are not rendered.
     width : float, m
     speed : float, m/s
         The limit.
     shape : (N, 3) float, m
-        Its middle, in the network's coordinates, N at least 2.
+        Centre line, in the network's coordinates, N at least 2.
     leads_to : frozenset of str
-        The edges on to which a connection leads from it.
+        The edges that its connections lead to.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """Where edges meet: a name, SUMO's type and an outline of (N, 3) m."""
+    """A junction: its name, SUMO's type and its outline, (N, 3) m."""
 
     name: str
     kind: str
@@ -67,14 +67,14 @@ class Junction:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """All lanes by name, and the junctions that have an outline.
+    """A SUMO network: lanes by name, and junctions that have an outline.
 
     Attributes
     ----------
     lanes : dict from str to Lane
     junctions : tuple of Junction
     ends_at : dict from str to str
-        The kind of junction at which an edge ends.
+        The type of junction at which an edge ends.
     """
 
     lanes: dict[str, Lane]
@@ -83,18 +83,20 @@ class Network:
 
     @property
     def edges(self) -> dict[str, list[Lane]]:
-        """The lanes of every edge, from right to left."""
-        found: dict[str, list[Lane]] = {}
+        """Lanes of every edge, from right to left."""
+        edges: dict[str, list[Lane]] = {}
         for lane in self.lanes.values():
-            found.setdefault(lane.edge, []).append(lane)
-        return {edge: sorted(found[edge], key=lambda one: one.index) for edge in found}
+            edges.setdefault(lane.edge, []).append(lane)
+        return {
+            edge: sorted(lanes, key=lambda lane: lane.index)
+            for edge, lanes in edges.items()
+        }
 
     @property
     def roads(self) -> frozenset[str]:
-        """The edges that are not only rails or water."""
-        return frozenset(
-            lane.edge for lane in self.lanes.values() if lane.kind != "other"
-        )
+        """Edges with a lane that is neither rails nor water."""
+        lanes = self.lanes.values()
+        return frozenset(lane.edge for lane in lanes if lane.kind != "other")
 
 
 def read_network(path: Path) -> Network:
@@ -108,18 +110,14 @@ def read_network(path: Path) -> Network:
     try:
         with open_text(path) as file:
             root = ET.parse(file).getroot()
-        kinds = {
-            one.get("id", ""): one.get("type", "") for one in root.iter("junction")
-        }
-        onward: dict[str, set[str]] = {}
+        connections: dict[str, set[str]] = {}
         for one in root.iter("connection"):
             start = f"{one.attrib['from']}_{one.attrib['fromLane']}"
-            onward.setdefault(start, set()).add(one.attrib["to"])
-        lanes = {
-            lane.name: lane
-            for edge in root.iter("edge")
-            for lane in _lanes(edge, onward)
-        }
+            connections.setdefault(start, set()).add(one.attrib["to"])
+        lanes = [
+            lane for edge in root.iter("edge") for lane in _lanes(edge, connections)
+        ]
+        kinds = {j.get("id", ""): j.get("type", "") for j in root.iter("junction")}
         junctions = tuple(
             Junction(one.get("id", ""), one.get("type", ""), _shape(one))
             for one in root.iter("junction")
@@ -133,10 +131,10 @@ def read_network(path: Path) -> Network:
         raise ScenarioError(f"{path}: is not a usable network: {error}") from error
     if not lanes:
         raise ScenarioError(f"{path}: is not a usable network: it has no lane")
-    return Network(lanes, junctions, ends_at)
+    return Network({lane.name: lane for lane in lanes}, junctions, ends_at)
 
 
-def _lanes(edge: ET.Element, onward: dict[str, set[str]]) -> list[Lane]:
+def _lanes(edge: ET.Element, connections: dict[str, set[str]]) -> list[Lane]:
     function = edge.get("function", "normal")
     if function in ("crossing", "walkingarea", "connector"):
         return []
@@ -150,7 +148,7 @@ def _lanes(edge: ET.Element, onward: dict[str, set[str]]) -> list[Lane]:
             width=_finite(one.get("width", _DEFAULT_WIDTH_M)),
             speed=_finite(one.attrib["speed"]),
             shape=_shape(one),
-            leads_to=frozenset(onward.get(f"{name}_{one.attrib['index']}", ())),
+            leads_to=frozenset(connections.get(f"{name}_{one.attrib['index']}", ())),
         )
         for one in edge.iter("lane")
         if len(one.get("shape", "").split()) >= 2
@@ -167,15 +165,13 @@ def _kind(lane: ET.Element, function: str) -> LaneKind:
 
 
 def _shape(element: ET.Element) -> NDArray[np.float64]:
-    points = [
-        [_finite(part) for part in point.split(",")]
-        for point in element.attrib["shape"].split()
-    ]
-    return np.array([[*point, 0.0][:3] for point in points], dtype=np.float64)
+    points = [point.split(",") for point in element.attrib["shape"].split()]
+    rows = [[*map(_finite, point), 0.0][:3] for point in points]
+    return np.array(rows, dtype=np.float64)
 
 
-def _finite(told: str | float) -> float:
-    number = float(told)
+def _finite(text: str | float) -> float:
+    number = float(text)
     if not math.isfinite(number):
-        raise ValueError(f"wanted finite numbers, found {told}")
+        raise ValueError(f"expected finite numbers, got {text}")
     return number

@@ -1,4 +1,4 @@
-"""From a scenario on a SUMO network to trajectories, and the path of its target."""
+"""Trajectories of a scenario on a SUMO network, and the path of its target."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import logging
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,31 +15,31 @@ from numpy.typing import NDArray
 from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import LaneChange, Trajectories, Vehicle
 from simbench.scenarios.geometry.line import Line
-from simbench.scenarios.highway.bending import STEP_S, gradient, sample
 from simbench.scenarios.highway.fleet import sample_paint
+from simbench.scenarios.highway.kinematics import STEP_S, gradient, interpolate
 from simbench.scenarios.highway.simulate import run_sumo
-from simbench.scenarios.highway.tractrix import body_centre, calm_slope, towed
-from simbench.scenarios.network.recording import Drive, Recording
+from simbench.scenarios.highway.tractrix import body_poses
+from simbench.scenarios.network.recording import RecordedVehicle, Recording
 from simbench.scenarios.network.shapes import Network, read_network
-from simbench.scenarios.network.target import choose
+from simbench.scenarios.network.target import Paint, choose_target
 from simbench.scenarios.network.target_line import target_line
-from simbench.scenarios.schema import Scenario, SumoRoad
+from simbench.scenarios.schema import Scenario, SumoRoad, TargetRule
 from simbench.scenarios.schema.frame_times import frame_times
-from simbench.scenarios.schema.seeds import generator, stream
+from simbench.scenarios.schema.seeds import generator, stream_seed
 from simbench.scenarios.schema.sumo_config import SumoFiles
 
-__all__ = ["NetworkDrive", "drive_network"]
+__all__ = ["NetworkSimulation", "simulate_network"]
 
 logger = logging.getLogger(__name__)
 
-_DRAWS = 3
-_SETTLING = round(10.0 / STEP_S)  # steps before the story, for the headings
+_ATTEMPTS = 3
+_SETTLING = round(10.0 / STEP_S)  # steps before the first frame, for the headings
 _NEAR_M = 900.0
 
 
 @dataclass(frozen=True, slots=True)
-class NetworkDrive:
-    """What happened on a network.
+class NetworkSimulation:
+    """Result of a simulation on a network.
 
     Attributes
     ----------
@@ -54,8 +55,10 @@ class NetworkDrive:
     trajectories: Trajectories
 
 
-def drive_network(scenario: Scenario, seed: int, *, skip: int = 0) -> NetworkDrive:
-    """Drive on a SUMO network and find the target.
+def simulate_network(
+    scenario: Scenario, seed: int, *, skip: int = 0
+) -> NetworkSimulation:
+    """Simulate the traffic on a SUMO network and choose the target.
 
     Parameters
     ----------
@@ -64,46 +67,41 @@ def drive_network(scenario: Scenario, seed: int, *, skip: int = 0) -> NetworkDri
     seed : int
         Seed of the run; the traffic's stream becomes SUMO's seed.
     skip : int
-        Draws of the traffic to pass over because they were found unfit later.
+        Traffic attempts to skip because they were rejected later.
 
     Raises
     ------
     TrafficError
-        With SUMO's own words, if it refuses the network or crashes on it.
+        With SUMO's own message, if it refuses the network or crashes on it.
     ScenarioError
-        If no vehicle is as the target should be.
+        If no vehicle meets the conditions on the target.
     """
-    road, choice = scenario.road, scenario.target.choice
-    if not isinstance(road, SumoRoad) or choice is None:
-        raise ScenarioError(f"{scenario.name}: wanted road: {{sumo: ...}} and a target")
+    road, rule = scenario.road, scenario.target.rule
+    if not isinstance(road, SumoRoad) or rule is None:
+        raise ScenarioError(
+            f"{scenario.name}: expected road: {{sumo: ...}} and target.choose"
+        )
     files = _files(scenario.name, road)
     path = str(files.network)
     times = frame_times(scenario, seed)
+    duration_s = float(times[-1])
     network = _network(path, files.content)
     problem: ScenarioError | None = None
-    for attempt in range(skip, skip + _DRAWS):
-        draw = stream(scenario, seed, "traffic", attempt)
-        request = _request(scenario, road, files, draw, float(times[-1]))
-        recording = _recorded(json.dumps(request), path, files.content)
+    for attempt in range(skip, skip + _ATTEMPTS):
+        sumo_seed = stream_seed(scenario, seed, "traffic", attempt)
+        request = _request(scenario, road, rule, files, sumo_seed, duration_s)
+        vehicles = _recorded(json.dumps(request), path, files.content).vehicles
         looks = generator(scenario, seed, "looks")
-        paints = [
-            one.look.colour or sample_paint(one.look.vehicle_class, looks)
-            for one in recording.drives
-        ]
+        paints = [v.colour or sample_paint(v.vehicle_class, looks) for v in vehicles]
         try:
-            target, start = choose(
-                choice,
-                recording.drives,
-                paints,
-                float(times[-1]),
-                road.search_s,
-                network.roads,
+            target, start = choose_target(
+                rule, vehicles, paints, duration_s, road.search_s, network.roads
             )
         except ScenarioError as error:
             problem = error
-            logger.info("%s seed %d: driven again: %s", scenario.name, seed, error)
+            logger.info("%s seed %d: traffic rejected: %s", scenario.name, seed, error)
             continue
-        return _played(network, recording.drives, paints, target, start, times, attempt)
+        return _cut(network, vehicles, paints, target, start, times, attempt)
     raise ScenarioError(f"{scenario.name}: target.choose: {problem}")
 
 
@@ -122,20 +120,20 @@ def _files(name: str, road: SumoRoad) -> SumoFiles:
 
 
 def _request(
-    scenario: Scenario, road: SumoRoad, files: SumoFiles, seed: int, lasts_s: float
+    scenario: Scenario,
+    road: SumoRoad,
+    rule: TargetRule,
+    files: SumoFiles,
+    seed: int,
+    duration_s: float,
 ) -> dict[str, object]:
-    choice = scenario.target.choice
-    options = dict(files.options)
-    if road.begin_s is not None:
-        options["begin"] = str(road.begin_s)
-    after_s = 0.0
-    if choice is not None:
-        after_s, lasts_s = choice.after_s, max(choice.lasts_s or 0.0, lasts_s)
+    begin = {} if road.begin_s is None else {"begin": str(road.begin_s)}
+    lasts_s = max(rule.lasts_s or 0.0, duration_s)
     return {
         "folder": str(files.folder.resolve()),
-        "options": options,
+        "options": files.options | begin,
         "seed": seed,
-        "duration_s": after_s + road.search_s + lasts_s,
+        "duration_s": rule.after_s + road.search_s + lasts_s,
         "lane_change_s": scenario.traffic.lane_change_s,
     }
 
@@ -147,124 +145,116 @@ def _network(path: str, _content: str) -> Network:
 
 @lru_cache(maxsize=2)
 def _recorded(request: str, path: str, content: str) -> Recording:
-    """Run SUMO once for many questions about the same drive."""
+    """Run SUMO once for all calls with the same request."""
     raw = run_sumo("simbench.scenarios.network.sumo_process", json.loads(request))
     return Recording.from_arrays(raw, _network(path, content))
 
 
-def _played(
+def _cut(
     network: Network,
-    drives: tuple[Drive, ...],
-    paints: list[tuple[int, int, int]],
+    vehicles: tuple[RecordedVehicle, ...],
+    paints: list[Paint],
     target: int,
     start: int,
     times: NDArray[np.float64],
     traffic_redraws: int,
-) -> NetworkDrive:
-    """Cut the story out of a recording."""
+) -> NetworkSimulation:
+    """Cut the scenario out of a recording, from the target's first step on."""
     first = max(0, start - _SETTLING)
     last = start + int(np.ceil(times[-1] / STEP_S)) + 2
-    chosen = _near(drives, target, start, last)
-    kept = [drives[number] for number in chosen]
-    fields = [_dense(drive, first, last) for drive in kept]
-    front, told, slope, lanes = (
+    kept = _near(vehicles, target, start, last)
+    own = kept.index(target)
+    # SUMO may know another vehicle by the name that is kept for the target.
+    names = [f"sumo.{v.name}" if v.name == "target" else v.name for v in vehicles]
+    names[target] = "target"
+    fields = [_dense(vehicles[number], first, last) for number in kept]
+    front, heading, slope, lanes = (
         np.stack(one, axis=1) for one in zip(*fields, strict=True)
     )
-    lengths = np.array([drive.look.length for drive in kept])
-    heading = towed(front, told, lengths)
-    pitch = calm_slope(slope)
-    centre = body_centre(front, heading, pitch, lengths)
-    at = start - first + times / STEP_S
-    positions = sample(centre, at)
-    own = chosen.index(target)
+    lengths = np.array([vehicles[number].length for number in kept])
+    centre, heading, pitch = body_poses(front, heading, slope, lengths)
+    steps = start - first + times / STEP_S
+    positions = interpolate(centre, steps)
     origin = positions[0, own].copy()
-    present = ~np.isnan(positions[..., 0])
-    nearest = lanes[np.rint(at).astype(np.int64)]
+    lanes = np.nan_to_num(lanes[np.rint(steps).astype(np.int64)], nan=-1.0)
     trajectories = Trajectories(
         times=times,
-        vehicles=_vehicles(kept, [paints[number] for number in chosen], own),
+        vehicles=tuple(_vehicle(vehicles[n], names[n], paints[n]) for n in kept),
         positions=positions - origin,
-        headings=sample(heading, at),
-        pitches=sample(pitch, at),
-        speeds=np.linalg.norm(sample(gradient(centre), at), axis=-1),
-        lanes=np.where(present, np.nan_to_num(nearest, nan=-1.0), -1).astype(np.int64),
+        headings=interpolate(heading, steps),
+        pitches=interpolate(pitch, steps),
+        speeds=np.linalg.norm(interpolate(gradient(centre), steps), axis=-1),
+        lanes=np.where(np.isnan(positions[..., 0]), -1, lanes).astype(np.int64),
         target=own,
-        lane_changes=_changes(kept, own, start, float(times[-1])),
+        lane_changes=_lane_changes(vehicles, names, kept, start, times[-1]),
         traffic_redraws=traffic_redraws,
     )
-    return NetworkDrive(network, target_line(drives[target], origin), trajectories)
+    return NetworkSimulation(
+        network, target_line(vehicles[target], origin), trajectories
+    )
 
 
-def _near(drives: tuple[Drive, ...], target: int, start: int, last: int) -> list[int]:
-    """Return the vehicles that come near the target's way while the story lasts."""
+def _near(
+    vehicles: tuple[RecordedVehicle, ...], target: int, start: int, last: int
+) -> list[int]:
+    """Return the numbers of the vehicles that come near the target's path."""
+    shown = [
+        vehicle.front[(vehicle.steps >= start) & (vehicle.steps < last), :2]
+        for vehicle in vehicles
+    ]
+    low = shown[target].min(axis=0) - _NEAR_M
+    high = shown[target].max(axis=0) + _NEAR_M
+    return [
+        number
+        for number, places in enumerate(shown)
+        if np.any(np.all((places >= low) & (places <= high), axis=1))
+    ]
 
-    def shown(drive: Drive) -> NDArray[np.float64]:
-        return drive.front[(drive.steps >= start) & (drive.steps < last), :2]
 
-    way = shown(drives[target])
-    low, high = way.min(axis=0) - _NEAR_M, way.max(axis=0) + _NEAR_M
-    near = []
-    for number, drive in enumerate(drives):
-        places = shown(drive)
-        if np.any(np.all((places >= low) & (places <= high), axis=1)):
-            near.append(number)
-    return near
-
-
-def _dense(drive: Drive, first: int, last: int) -> tuple[NDArray[np.float64], ...]:
+def _dense(
+    vehicle: RecordedVehicle, first: int, last: int
+) -> tuple[NDArray[np.float64], ...]:
     """Return front, heading, slope and lane at every step; NaN where it is absent."""
-    rows = (drive.steps >= first) & (drive.steps < last)
-    at = drive.steps[rows] - first
-    front = np.full((last - first, 3), np.nan)
-    front[at] = drive.eased_front[rows]
-    others = []
-    for values in (drive.heading, drive.slope, drive.index):
-        spread = np.full(last - first, np.nan)
-        spread[at] = values[rows]
-        others.append(spread)
-    return front, *others
+    rows = (vehicle.steps >= first) & (vehicle.steps < last)
+
+    def spread(values: NDArray[Any]) -> NDArray[np.float64]:
+        dense = np.full((last - first, *values.shape[1:]), np.nan)
+        dense[vehicle.steps[rows] - first] = values[rows]
+        return dense
+
+    fields = vehicle.smooth_front, vehicle.heading, vehicle.slope, vehicle.index
+    return tuple(spread(values) for values in fields)
 
 
-def _vehicles(
-    drives: list[Drive], paints: list[tuple[int, int, int]], target: int
-) -> tuple[Vehicle, ...]:
-    vehicles = []
-    for number, (drive, paint) in enumerate(zip(drives, paints, strict=True)):
-        look = drive.look
-        vehicles.append(
-            Vehicle(
-                _name(drive, number == target),
-                look.vehicle_class,
-                look.length,
-                look.width,
-                look.height,
-                paint,
-            )
-        )
-    return tuple(vehicles)
+def _vehicle(vehicle: RecordedVehicle, name: str, paint: Paint) -> Vehicle:
+    return Vehicle(
+        name,
+        vehicle.vehicle_class,
+        vehicle.length,
+        vehicle.width,
+        vehicle.height,
+        paint,
+    )
 
 
-def _name(drive: Drive, is_target: bool) -> str:
-    """Return what a vehicle is called: only one may be the ``target``."""
-    if is_target:
-        return "target"
-    return f"sumo.{drive.name}" if drive.name == "target" else drive.name
-
-
-def _changes(
-    drives: list[Drive], target: int, start: int, lasts_s: float
+def _lane_changes(
+    vehicles: tuple[RecordedVehicle, ...],
+    names: list[str],
+    kept: list[int],
+    start: int,
+    until_s: float,
 ) -> tuple[LaneChange, ...]:
-    """Return the lane changes that begin in the story, on its clock."""
-    found = [
+    """Return the lane changes that begin in the sequence, in its time."""
+    changes = [
         LaneChange(
-            _name(drive, number == target),
+            names[number],
             float((change.start - start) * STEP_S),
             float((change.end - start) * STEP_S),
             change.origin,
             change.goal,
         )
-        for number, drive in enumerate(drives)
-        for change in drive.changes
-        if 0.0 <= (change.start - start) * STEP_S <= lasts_s
+        for number in kept
+        for change in vehicles[number].changes
     ]
-    return tuple(sorted(found, key=lambda change: (change.start_s, change.vehicle)))
+    shown = [change for change in changes if 0.0 <= change.start_s <= until_s]
+    return tuple(sorted(shown, key=lambda change: (change.start_s, change.vehicle)))

@@ -1,4 +1,4 @@
-"""A SUMO network of the user's, as a program of its own: request in, recording out.
+"""Child process that runs SUMO on a user's network: request in, recording out.
 
 ``python -m simbench.scenarios.network.sumo_process FILE`` reads a request (JSON) from
 standard input and writes a recording (NPZ) to FILE; for why it is a child process, see
@@ -10,70 +10,36 @@ from __future__ import annotations
 import json
 import os
 import sys
-from pathlib import Path
 from typing import Any
 
 import libsumo
 import numpy as np
 
-from simbench.scenarios.highway.bending import STEP_S
-from simbench.scenarios.highway.sumo_process import die_with_parent
+from simbench.scenarios.highway.kinematics import STEP_S
+from simbench.scenarios.highway.sumo_process import run_request, sumo_command
 
-__all__ = ["main"]
-
-_UNTOLD = (255, 255, 0)  # SUMO's yellow where no colour is given
-_COLUMNS = (
-    "step",
-    "vehicle",
-    "lane",
-    "x",
-    "y",
-    "z",
-    "angle",
-    "slope",
-    "along",
-    "aside",
-)
+_DEFAULT_COLOUR = (255, 255, 0)  # SUMO's yellow where no colour is given
+_COLUMNS = "step vehicle lane x y z angle slope along aside".split()
 
 
-def main() -> int:
-    """Run one request; 0 on success, 1 after writing why not to standard error."""
-    die_with_parent()
-    request = json.load(sys.stdin)
-    answer = Path(sys.argv[1]).resolve()
+def _simulate(request: dict[str, Any]) -> dict[str, Any]:
     os.chdir(request["folder"])
-    try:
-        libsumo.start(_command(request))
-        try:
-            recording = _record(request)
-        finally:
-            libsumo.close()
-    except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
-        print(f"Error: {error}", file=sys.stderr)
-        return 1
-    np.savez(answer, **recording)
-    return 0
-
-
-def _command(request: dict[str, Any]) -> list[str]:
     options = {
         "collision.action": "warn",
-        "time-to-teleport": "-1",  # a car that jumps is no drive to film
+        "time-to-teleport": "-1",  # vehicles must not jump
         **request["options"],
-        "step-length": STEP_S,
-        "seed": request["seed"] % 2**31,
-        "xml-validation": "never",
     }
     if "lateral-resolution" not in options:
         options.setdefault("lanechange.duration", request["lane_change_s"])
-    pairs = [
-        text for key, value in options.items() for text in (f"--{key}", str(value))
-    ]
-    return ["sumo", *pairs, "--no-step-log", "--no-warnings", "--duration-log.disable"]
+    libsumo.start(sumo_command(options, request["seed"]))
+    try:
+        return _record(request)
+    finally:
+        libsumo.close()
 
 
 def _record(request: dict[str, Any]) -> dict[str, Any]:
-    """Step to the end, or until the last vehicle is gone; write down every vehicle."""
+    """Step until the end or until no vehicle is left, and record every vehicle."""
     vehicles: dict[str, int] = {}
     looks = []
     lanes: dict[str, int] = {}
@@ -85,19 +51,16 @@ def _record(request: dict[str, Any]) -> dict[str, Any]:
         for name in libsumo.vehicle.getIDList():
             lane = libsumo.vehicle.getLaneID(name)
             if not lane:
-                continue  # being moved by SUMO from one place to another
+                continue  # SUMO is moving it from one place to another
             if name not in vehicles:
                 vehicles[name] = len(vehicles)
-                looks.append(_look(name))
-            x, y, z = libsumo.vehicle.getPosition3D(name)
+                looks.append(_looks(name))
             rows.append(
                 (
                     step,
                     vehicles[name],
                     lanes.setdefault(lane, len(lanes)),
-                    x,
-                    y,
-                    z,
+                    *libsumo.vehicle.getPosition3D(name),
                     libsumo.vehicle.getAngle(name),
                     libsumo.vehicle.getSlope(name),
                     libsumo.vehicle.getLanePosition(name),
@@ -107,8 +70,7 @@ def _record(request: dict[str, Any]) -> dict[str, Any]:
         table.append(np.array(rows, dtype=np.float64).reshape(-1, len(_COLUMNS)))
         if not rows and libsumo.simulation.getMinExpectedNumber() == 0:
             break
-    rows_of_all = np.concatenate(table)
-    columns = {name: rows_of_all[:, n] for n, name in enumerate(_COLUMNS)}
+    columns = dict(zip(_COLUMNS, np.concatenate(table).T, strict=True))
     return columns | {
         "steps": len(table),
         "names": np.array(list(vehicles), dtype=np.str_),
@@ -117,20 +79,20 @@ def _record(request: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _look(name: str) -> dict[str, Any]:
-    """Return what does not change about a vehicle; its colour is null if not told."""
+def _looks(name: str) -> dict[str, Any]:
+    """Return a vehicle's constant properties; the colour is null if none is set."""
     kind = libsumo.vehicle.getTypeID(name)
     colours = [libsumo.vehicle.getColor(name), libsumo.vehicletype.getColor(kind)]
-    told = [list(colour[:3]) for colour in colours if tuple(colour[:3]) != _UNTOLD]
+    own = [list(c[:3]) for c in colours if tuple(c[:3]) != _DEFAULT_COLOUR]
     return {
         "vehicle_class": libsumo.vehicle.getVehicleClass(name),
         "shape": libsumo.vehicle.getShapeClass(name),
         "length": libsumo.vehicle.getLength(name),
         "width": libsumo.vehicle.getWidth(name),
         "height": libsumo.vehicle.getHeight(name),
-        "colour": told[0] if told else None,
+        "colour": own[0] if own else None,
     }
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_request(_simulate))

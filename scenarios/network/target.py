@@ -1,231 +1,203 @@
-"""Finding the target in a SUMO network: which vehicle, and from when on."""
+"""Selection of the target in a SUMO network: the vehicle and its first step."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Set
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.highway.bending import STEP_S
 from simbench.scenarios.highway.fleet import PAINTS
-from simbench.scenarios.network.recording import CENTRED_M, Drive
-from simbench.scenarios.schema import Choice
+from simbench.scenarios.highway.kinematics import STEP_S
+from simbench.scenarios.network.recording import CENTRED_M, RecordedVehicle
+from simbench.scenarios.schema import TargetRule
 
-__all__ = ["choose", "nearest_paint"]
+__all__ = ["choose_target", "nearest_paint"]
 
 Paint = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A vehicle, its paint, and at which of its steps all asked so far holds."""
+    """Number and paint of a vehicle, and its steps that meet all conditions so far."""
 
-    drive: Drive
+    number: int
+    vehicle: RecordedVehicle
     paint: Paint
     fits: NDArray[np.bool_]
 
+    @property
+    def times(self) -> NDArray[np.floating[Any]]:
+        """Times of its steps [s]."""
+        return self.vehicle.steps * STEP_S
 
-def choose(
-    choice: Choice,
-    drives: tuple[Drive, ...],
+
+_Test = Callable[[_Candidate], NDArray[np.bool_] | bool]
+_Describe = Callable[[_Candidate], list[str]]
+_Condition = tuple[str, _Test, _Describe]
+
+
+def choose_target(
+    rule: TargetRule,
+    vehicles: tuple[RecordedVehicle, ...],
     paints: list[Paint],
-    lasts_s: float,
+    duration_s: float,
     search_s: float,
     roads: frozenset[str],
 ) -> tuple[int, int]:
-    """Find the first vehicle and step at which all holds that a choice asks.
+    """Find the first vehicle and step that meet all conditions of a rule.
 
     Parameters
     ----------
-    choice : Choice
-    drives : tuple of Drive
+    rule : TargetRule
+    vehicles : tuple of RecordedVehicle
     paints : list of (r, g, b)
-        Of every drive.
-    lasts_s : float, s
-        Length of the story.
+        Of every vehicle.
+    duration_s : float, s
+        Length of the sequence.
     search_s : float, s
-        How long after ``choice.after_s`` the story may begin.
+        How long after ``rule.after_s`` the sequence may begin.
     roads : frozenset of str
-        The edges that are drawn: the target must be on one.
+        The edges that are rendered: the target must be on one.
 
     Returns
     -------
     vehicle : int
-        Index among the drives.
+        Index among the vehicles.
     step : int
         Of the simulation.
 
     Raises
     ------
     ScenarioError
-        In one line that names the first condition which no vehicle met, and what there
-        was instead.
+        In one line that names the first condition which no vehicle met, and what the
+        vehicles were instead.
     """
     left = [
-        _Candidate(drive, paint, np.ones(len(drive.steps), dtype=np.bool_))
-        for drive, paint in zip(drives, paints, strict=True)
+        _Candidate(number, vehicle, paint, np.full(len(vehicle.steps), True))
+        for number, (vehicle, paint) in enumerate(zip(vehicles, paints, strict=True))
     ]
     met: list[str] = []
-    for name, test, shown in _conditions(choice, lasts_s, search_s, roads):
-        kept = [
-            _Candidate(one.drive, one.paint, fits)
-            for one in left
-            if (fits := one.fits & test(one)).any()
-        ]
+    for text, test, describe in _conditions(rule, duration_s, search_s, roads):
+        kept = [replace(c, fits=fits) for c in left if (fits := c.fits & test(c)).any()]
         if not kept:
             among = f" of those with {', '.join(met)}" if met else ""
             raise ScenarioError(
-                f"no vehicle{among} meets {name}; there {_summary(left, shown)}"
+                f"no vehicle{among} meets {text}; there {_summary(left, describe)}"
             )
         left = kept
-        met.append(name)
-    firsts = [int(one.drive.steps[one.fits.argmax()]) for one in left]
-    winner = left[int(np.argmin(firsts))].drive
-    return next(n for n, drive in enumerate(drives) if drive is winner), min(firsts)
+        met.append(text)
+    step, number = min((int(c.vehicle.steps[c.fits.argmax()]), c.number) for c in left)
+    return number, step
 
 
 def nearest_paint(colour: Paint) -> str:
     """Return the name of the paint nearest to a colour."""
-    apart = {
-        name: sum((a - b) ** 2 for a, b in zip(colour, paint, strict=True))
-        for name, paint in PAINTS.items()
-    }
-    return min(apart, key=lambda name: apart[name])
 
+    def distance(name: str) -> int:
+        return sum((a - b) ** 2 for a, b in zip(colour, PAINTS[name], strict=True))
 
-_Test = Callable[[_Candidate], NDArray[np.bool_]]
-_Shown = Callable[[_Candidate], list[str]]
+    return min(PAINTS, key=distance)
 
 
 def _conditions(
-    choice: Choice, story_s: float, search_s: float, roads: frozenset[str]
-) -> list[tuple[str, _Test, _Shown]]:
-    """Return what is asked, in the order in which it is best explained.
+    rule: TargetRule, duration_s: float, search_s: float, roads: frozenset[str]
+) -> list[_Condition]:
+    """Return the conditions of a rule, in the order that explains a failure best.
 
-    Each condition has its words, a test at every step of a vehicle, and what to show
-    of the vehicles when none passes.
+    Each has a text for messages, a test (for all steps of a candidate or for each),
+    and a description of what a candidate has instead.
     """
-    lasts_s = story_s if choice.lasts_s is None else max(choice.lasts_s, story_s)
-    first, last = choice.after_s, choice.after_s + search_s
-    asked: list[tuple[object, str, _Test, _Shown]] = [
-        (
-            choice.id,
-            f"id {choice.id!r}",
-            lambda one: _always(one, one.drive.name == choice.id),
-            lambda one: [one.drive.name],
+    lasts_s = max(rule.lasts_s or 0.0, duration_s)
+    first, last = rule.after_s - 1e-9, rule.after_s + search_s + 1e-9
+    conditions: list[_Condition] = []
+
+    def add(key: object, text: str, test: _Test, describe: _Describe) -> None:
+        """Add a condition, unless its key is not given."""
+        if key is not None:
+            conditions.append((text, test, describe))
+
+    def add_equal(
+        key: str, values: Callable[[_Candidate], Any], unit: str = ""
+    ) -> None:
+        """Add a condition on a value, or on one for each step."""
+        expected = getattr(rule, key)
+
+        def describe(c: _Candidate) -> list[str]:
+            found = np.broadcast_to(values(c), c.fits.shape)[c.fits]
+            texts = [f"{unit}{value}" for value in np.unique(found)]
+            return [text for text in texts if not text.startswith(":")]
+
+        add(expected, f"{key} {expected!r}", lambda c: values(c) == expected, describe)
+
+    add_equal("id", lambda c: c.vehicle.name)
+    add_equal("vehicle_class", lambda c: c.vehicle.vehicle_class)
+    add_equal("colour", lambda c: nearest_paint(c.paint))
+    add(
+        True,
+        "a road under it",
+        lambda c: np.array([edge in roads for edge in c.vehicle.edges])[c.vehicle.lane],
+        lambda c: ["on rails or water"],
+    )
+    add_equal("edge", lambda c: c.vehicle.edge)
+    add_equal("lane", lambda c: c.vehicle.index, "lane ")
+    add(
+        rule.at_m or None,
+        f"at_m {rule.at_m:g}",
+        lambda c: c.vehicle.along >= rule.at_m,
+        lambda c: [f"up to {c.vehicle.along[c.fits].max():.0f} m"],
+    )
+    add(
+        True,
+        f"a start within {rule.after_s:g} to {rule.after_s + search_s:g} s",
+        lambda c: (c.times >= first) & (c.times <= last),
+        lambda c: [f"from {c.times[c.fits][0]:.0f} s"],
+    )
+    add(
+        rule.changes_lane,
+        f"changes_lane {rule.changes_lane} within {rule.within_s:g} s",
+        lambda c: (
+            (_changes_lane(c.vehicle, rule.within_s) == rule.changes_lane)
+            & (np.abs(c.vehicle.aside) < CENTRED_M)
         ),
-        (
-            choice.vehicle_class,
-            f"vehicle_class {choice.vehicle_class}",
-            lambda one: _always(
-                one, one.drive.look.vehicle_class == choice.vehicle_class
-            ),
-            lambda one: [one.drive.look.vehicle_class],
-        ),
-        (
-            choice.colour,
-            f"colour {choice.colour}",
-            lambda one: _always(one, nearest_paint(one.paint) == choice.colour),
-            lambda one: [nearest_paint(one.paint)],
-        ),
-        (
-            True,
-            "a road under it",
-            lambda one: _on(one, roads),
-            lambda one: ["on rails or water"],
-        ),
-        (
-            choice.edge,
-            f"edge {choice.edge!r}",
-            lambda one: _on(one, {choice.edge}),
-            _edges,
-        ),
-        (
-            choice.lane,
-            f"lane {choice.lane}",
-            lambda one: one.drive.index == choice.lane,
-            lambda one: [f"lane {n}" for n in np.unique(one.drive.index[one.fits])],
-        ),
-        (
-            choice.at_m or None,
-            f"at_m {choice.at_m:g}",
-            lambda one: one.drive.along >= choice.at_m,
-            lambda one: [f"up to {one.drive.along[one.fits].max():.0f} m"],
-        ),
-        (
-            True,
-            f"a start within {first:g} to {last:g} s",
-            lambda one: _between(one, first, last),
-            lambda one: [f"from {one.drive.steps[one.fits][0] * STEP_S:.0f} s"],
-        ),
-        (
-            choice.changes_lane,
-            f"changes_lane {choice.changes_lane} within {choice.within_s:g} s",
-            lambda one: (
-                (_changing(one, choice.within_s) == choice.changes_lane)
-                & (np.abs(one.drive.aside) < CENTRED_M)
-            ),
-            lambda one: [f"{len(one.drive.changes)} changes"],
-        ),
-        (
-            True,
-            f"{lasts_s:.1f} s on the road",
-            lambda one: _staying(one, lasts_s),
-            lambda one: [f"{len(one.drive.steps) * STEP_S:.0f} s in all"],
-        ),
-    ]
-    return [(name, test, shown) for key, name, test, shown in asked if key is not None]
+        lambda c: [f"{len(c.vehicle.changes)} changes"],
+    )
+    add(
+        True,
+        f"{lasts_s:.1f} s on the road",
+        lambda c: _remains(c.vehicle, lasts_s),
+        lambda c: [f"{len(c.times) * STEP_S:.0f} s in all"],
+    )
+    return conditions
 
 
-def _summary(left: list[_Candidate], shown: _Shown) -> str:
-    """Say what the vehicles are instead, the most frequent first."""
-    found = Counter(text for one in left for text in shown(one))
+def _summary(left: list[_Candidate], describe: _Describe) -> str:
+    """Describe the candidates, the most frequent first."""
+    found = Counter(text for candidate in left for text in describe(candidate))
     if not found:
         return "was none"
     most = [f"{text} ({count})" for text, count in found.most_common(6)]
-    rest = ["..."] if len(found) > len(most) else []
-    return f"were {', '.join([*most, *rest])}"
+    return f"were {', '.join(most)}{', ...' if len(found) > len(most) else ''}"
 
 
-def _always(one: _Candidate, holds: bool) -> NDArray[np.bool_]:
-    return np.full(len(one.drive.steps), holds)
-
-
-def _on(one: _Candidate, edges: Set[str | None]) -> NDArray[np.bool_]:
-    known = np.array([edge in edges for edge in one.drive.edges])
-    there: NDArray[np.bool_] = known[one.drive.lane]
-    return there
-
-
-def _edges(one: _Candidate) -> list[str]:
-    names = {one.drive.edges[lane] for lane in np.unique(one.drive.lane[one.fits])}
-    return sorted(name for name in names if not name.startswith(":"))
-
-
-def _between(one: _Candidate, first_s: float, last_s: float) -> NDArray[np.bool_]:
-    time_s = one.drive.steps * STEP_S
-    return (time_s >= first_s - 1e-9) & (time_s <= last_s + 1e-9)
-
-
-def _changing(one: _Candidate, within_s: float) -> NDArray[np.bool_]:
-    """Tell after which steps a change from the lane it is on begins within a time."""
-    drive = one.drive
-    starts = np.array([change.start for change in drive.changes], dtype=np.int64)
-    origins = np.array([change.origin for change in drive.changes], dtype=np.int64)
-    steps, lanes = drive.steps[:, None], drive.index[:, None]
+def _changes_lane(vehicle: RecordedVehicle, within_s: float) -> NDArray[np.bool_]:
+    """Tell after which steps a change from the current lane begins within a time."""
+    starts = np.array([change.start for change in vehicle.changes], dtype=np.int64)
+    origins = np.array([change.origin for change in vehicle.changes], dtype=np.int64)
+    steps, lanes = vehicle.steps[:, None], vehicle.index[:, None]
     soon = (starts >= steps) & (starts <= steps + within_s / STEP_S)
     begins: NDArray[np.bool_] = np.any(soon & (origins == lanes), axis=1)
     return begins
 
 
-def _staying(one: _Candidate, lasts_s: float) -> NDArray[np.bool_]:
-    steps = one.drive.steps
-    breaks = np.flatnonzero(np.diff(steps) > 1)
-    ends = np.append(breaks, len(steps) - 1)
+def _remains(vehicle: RecordedVehicle, lasts_s: float) -> NDArray[np.bool_]:
+    """Tell after which steps a vehicle remains on the road for a time."""
+    steps = vehicle.steps
+    ends = np.append(np.flatnonzero(np.diff(steps) > 1), len(steps) - 1)
     run_end = ends[np.searchsorted(ends, np.arange(len(steps)))]
-    stays: NDArray[np.bool_] = (steps[run_end] - steps) * STEP_S >= lasts_s - 1e-9
-    return stays
+    remains: NDArray[np.bool_] = (steps[run_end] - steps) * STEP_S >= lasts_s - 1e-9
+    return remains

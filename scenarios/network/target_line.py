@@ -1,4 +1,4 @@
-"""The way of a target through a network, as a line along which places are told."""
+"""The path of a target through a network, as the line that road coordinates use."""
 
 from __future__ import annotations
 
@@ -9,41 +9,43 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from simbench.scenarios.geometry.line import Line
-from simbench.scenarios.highway.tractrix import body_centre, calm_slope, towed
-from simbench.scenarios.network.recording import Drive
+from simbench.scenarios.highway.tractrix import body_poses
+from simbench.scenarios.network.recording import RecordedVehicle
 
 __all__ = ["target_line"]
 
 _STEP_M = 1.0
 _SMOOTH_M = 8.0
-_MARGIN_M = 600.0  # as far as places may lie before its way begins and after its end
+_MARGIN_M = 600.0  # extension before the start and after the end of the path
 
 
-def target_line(drive: Drive, origin: NDArray[np.float64]) -> Line:
-    """Return the way of a vehicle as a line, drawn out straight at both ends.
+def target_line(vehicle: RecordedVehicle, origin: NDArray[np.float64]) -> Line:
+    """Return the path of a vehicle as a line, extended straight at both ends.
 
     Parameters
     ----------
-    drive : Drive
+    vehicle : RecordedVehicle
     origin : (3,) float, m
         Of the road frame on the network, where the line's ``along`` is 0.
     """
-    lengths = np.array([drive.look.length])
-    front = drive.eased_front[:, None]
-    heading = towed(front, drive.heading[:, None], lengths)
-    pitch = calm_slope(drive.slope[:, None])
-    way = body_centre(front, heading, pitch, lengths)[:, 0] - origin
-    moved = np.concatenate(
-        [[True], np.linalg.norm(np.diff(way, axis=0), axis=1) > 1e-3]
+    centre, headings, _ = body_poses(
+        vehicle.smooth_front[:, None],
+        vehicle.heading[:, None],
+        vehicle.slope[:, None],
+        np.array([vehicle.length]),
     )
-    way = _drawn_out(way[moved], float(heading[0, 0]), float(heading[-1, 0]))
-    arc = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]
+    path = centre[:, 0] - origin
+    has_moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-3
+    path = path[np.concatenate([[True], has_moved])]
+    first, last = (
+        _MARGIN_M * np.array([np.cos(heading), np.sin(heading), 0.0])
+        for heading in headings[[0, -1], 0]
     )
+    path = np.concatenate([[path[0] - first], path, [path[-1] + last]])
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    arc = np.concatenate([[0.0], np.cumsum(lengths)])
     along = np.arange(0.0, arc[-1], _STEP_M)
-    points = np.stack(
-        [np.interp(along, arc, way[:, axis]) for axis in range(3)], axis=1
-    )
+    points = np.stack([np.interp(along, arc, part) for part in path.T], axis=1)
     points = uniform_filter1d(points, round(_SMOOTH_M / _STEP_M), axis=0)
     step = np.gradient(points, _STEP_M, axis=0)
     line = Line(
@@ -56,13 +58,3 @@ def target_line(drive: Drive, origin: NDArray[np.float64]) -> Line:
         map_origin=(float(origin[0]), float(origin[1]), float(origin[2])),
     )
     return replace(line, along=along - line.locate(np.zeros((1, 3)))[0, 0])
-
-
-def _drawn_out(
-    way: NDArray[np.float64], first_rad: float, last_rad: float
-) -> NDArray[np.float64]:
-    """Lengthen a way straight at both ends."""
-    out = _MARGIN_M
-    before = way[0] - out * np.array([np.cos(first_rad), np.sin(first_rad), 0.0])
-    after = way[-1] + out * np.array([np.cos(last_rad), np.sin(last_rad), 0.0])
-    return np.concatenate([before[None], way, after[None]])

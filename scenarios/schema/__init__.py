@@ -1,11 +1,11 @@
-"""The scenario file: what may stand in the YAML, with units, ranges and defaults.
+"""Schema of scenario files: keys with units, ranges and defaults.
 
-Places are given in road coordinates: ``along_m`` runs with the traffic, 0 where the
-camera's story begins; ``lateral_m`` is the distance to the left of the median's middle
-(so the carriageway of the target, which drives on the right, is negative);
-``height_m`` is above the road surface there. On a floor ``along_m`` begins at one end
-and ``lateral_m`` in the middle; on a SUMO network both follow the target's own way, 0
-where it is in frame 0, and places may be told in the network's ``x_m`` and ``y_m``.
+Places are in road coordinates: ``along_m`` is the arc length in the direction of
+traffic, 0 at the scenario's origin; ``lateral_m`` is the distance to the left of the
+median's middle (so the carriageway of the target, which drives on the right, is
+negative); ``height_m`` is above the road surface. On a floor ``along_m`` is 0 at one
+end and ``lateral_m`` in the middle; on a SUMO network both follow the target's path,
+0 at its place in frame 0, and places may be given in the network's ``x_m``, ``y_m``.
 """
 
 from simbench.scenarios.schema.ball import Ball, Kick
@@ -22,10 +22,10 @@ from simbench.scenarios.schema.road import (
 from simbench.scenarios.schema.scenario import Scenario, Seeds
 from simbench.scenarios.schema.scenery import Occluder, Surroundings, Tunnel
 from simbench.scenarios.schema.traffic import (
-    Choice,
     Manoeuvre,
-    Stranger,
+    ScriptedVehicle,
     Target,
+    TargetRule,
     Traffic,
     scripted_lanes,
 )
@@ -35,7 +35,6 @@ __all__ = [
     "DIAL_NAMES",
     "Ball",
     "CameraSettings",
-    "Choice",
     "Dials",
     "Distractors",
     "Floor",
@@ -50,11 +49,12 @@ __all__ = [
     "Road",
     "RoadSection",
     "Scenario",
+    "ScriptedVehicle",
     "Seeds",
-    "Stranger",
     "SumoRoad",
     "Surroundings",
     "Target",
+    "TargetRule",
     "Traffic",
     "Tunnel",
     "scripted_lanes",

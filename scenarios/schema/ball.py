@@ -1,4 +1,4 @@
-"""A ball on a floor: where it starts, how fast, and what it is made of."""
+"""A ball on a floor: start, velocity and material."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 from pydantic import Field
 
 from simbench.scenarios.schema.names import PaintName
-from simbench.scenarios.schema.strict import Strict
+from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = ["Ball", "Kick"]
 
 
-class Kick(Strict):
+class Kick(StrictModel):
     """A sudden change of a ball's motion."""
 
     at_s: float = Field(ge=0, le=600)
@@ -20,14 +20,14 @@ class Kick(Strict):
         default=math.pi,
         ge=-7,
         le=7,
-        description="From its direction so far, counter-clockwise; pi turns it back.",
+        description="From its previous direction, counter-clockwise; pi: reversed.",
     )
     speed_mps: float = Field(ge=0, le=40, description="Along the floor, afterwards.")
     up_mps: float = Field(default=0, ge=0, le=40)
 
 
-class Ball(Strict):
-    """A ball that rolls and bounces, without spin and without drag of the air."""
+class Ball(StrictModel):
+    """A ball that rolls and bounces, without spin or air drag."""
 
     diameter_m: float = Field(default=0.24, ge=0.02, le=5)
     colour: PaintName = "orange"
@@ -40,7 +40,7 @@ class Ball(Strict):
     )
     up_mps: float = Field(default=0, ge=0, le=40)
     friction: float = Field(
-        default=0.02, ge=0, le=2, description="Rolling slows by this share of gravity."
+        default=0.02, ge=0, le=2, description="Rolling deceleration over gravity."
     )
     restitution: float = Field(
         default=0.75, ge=0, le=0.98, description="Share of speed kept in a bounce."
@@ -49,12 +49,12 @@ class Ball(Strict):
         default=0.05,
         ge=0,
         le=0.5,
-        description="Seeds vary speeds and restitution by this share either way, and "
-        "the direction by as many rad.",
+        description="Seeds vary speeds and restitution by up to this share, and the "
+        "direction by up to as many rad.",
     )
     kicks: tuple[Kick, ...] = Field(default=(), max_length=50)
 
     def shortened(self, end_s: float) -> Ball:
-        """Return the same ball without the kicks after ``end_s`` [s]."""
+        """Return the ball without the kicks after ``end_s`` [s]."""
         kicks = tuple(kick for kick in self.kicks if kick.at_s <= end_s)
         return self.model_copy(update={"kicks": kicks})

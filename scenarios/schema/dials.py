@@ -1,4 +1,4 @@
-"""Effects asked for in the picture, whatever causes them in the world."""
+"""Dials: effects requested in the picture, whatever causes them in the scene."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from simbench.scenarios.schema.strict import Strict
+from simbench.scenarios.schema.strict_model import StrictModel
 
-__all__ = ["DIAL_NAMES", "Dials", "Distractors", "Hider", "Occlusion"]
-
-Hider = Literal["pole", "tree", "gantry", "vehicle", "sign"]
+__all__ = ["DIAL_NAMES", "Dials", "Distractors", "Occlusion"]
 
 
-class Occlusion(Strict):
-    """How the target is hidden; each time alike."""
+class Occlusion(StrictModel):
+    """Occlusions of the target, all alike."""
 
     hidden: float | None = Field(
         default=None, ge=0, le=1, description="Peak hidden share of the target."
@@ -27,37 +25,35 @@ class Occlusion(Strict):
         description="Frames of one occlusion with more than half its peak hidden.",
     )
     count: int | None = Field(default=None, ge=0, le=20, description="Occlusions.")
-    by: Hider | None = Field(
+    by: Literal["pole", "tree", "gantry", "vehicle", "sign"] | None = Field(
         default=None,
-        description="What hides; null: a sign where frames is given, else what the "
-        "scenario has there, else a pole.",
+        description="Occluder; null: a sign if frames is given, else what the scenario "
+        "has there, else a pole.",
     )
 
     @model_validator(mode="after")
-    def _count_agrees_with_share(self) -> Self:
+    def _count_agrees_with_hidden(self) -> Self:
         if self.count == 0 and (self.hidden or 0.0) > 0.0:
-            raise ValueError(
-                f"count 0 and hidden {self.hidden:g} contradict each other"
-            )
+            raise ValueError(f"count 0 contradicts hidden {self.hidden:g}")
         return self
 
 
-class Distractors(Strict):
-    """Vehicles of the target's class and colour that pass it."""
+class Distractors(StrictModel):
+    """Distractors: vehicles of the target's class and colour that pass it."""
 
     count: int = Field(default=1, ge=0, le=6)
     gap_px: float | None = Field(
         default=None,
         ge=0,
-        description="Least gap between the boxes must be at most this; 0: they meet.",
+        description="Maximum of the least gap between the boxes; 0: they touch.",
     )
 
 
-class Dials(Strict):
-    """Effects the scenario asks for in the picture, set beside what was reached."""
+class Dials(StrictModel):
+    """Effects that a scenario requests in the picture; null: not requested."""
 
     displacement_px: float | None = Field(
-        default=None, gt=0, description="Median move of the target between frames."
+        default=None, gt=0, description="Median displacement between frames."
     )
     target_px: float | None = Field(
         default=None, gt=0, description="Median height of the target's amodal box."
@@ -65,10 +61,10 @@ class Dials(Strict):
     occlusion: Occlusion | None = None
     distractors: Distractors | None = None
     contrast: float | None = Field(
-        default=None, ge=0, le=4, description="Of the picture about its mean."
+        default=None, ge=0, le=4, description="About the picture's mean; 1: unchanged."
     )
     illumination: float | None = Field(
-        default=None, gt=0, le=20, description="Light of the scene, 1 as it is."
+        default=None, gt=0, le=20, description="Light of the scene; 1: unchanged."
     )
     vibration_px: float | None = Field(default=None, ge=0, le=50)
     noise: float | None = Field(default=None, ge=0, le=0.5)
@@ -76,19 +72,19 @@ class Dials(Strict):
         default=None,
         gt=0.05,
         le=100,
-        description="Of the frames kept, before any are lost (imaging.drop_share).",
+        description="Of the kept frames, before random losses (imaging.drop_share).",
     )
     resolution: int | None = Field(
         default=None,
         ge=64,
         le=3840,
-        description="Width of the picture in px; what shakes or strays by so many "
-        "pixels does so in proportion, the lens blurs as many as before.",
+        description="Width of the picture in px; vibration and wander in px scale with "
+        "it, blur_px does not.",
     )
     jpeg_quality: int | None = Field(default=None, ge=1, le=100)
 
     def flat(self) -> dict[str, float]:
-        """Return the numbers that were asked for, by dotted name."""
+        """Return the requested numbers by dotted name."""
         content = self.model_dump(exclude_none=True)
         for group in ("occlusion", "distractors"):
             parts = content.pop(group, {})
@@ -96,8 +92,8 @@ class Dials(Strict):
             content |= {f"{group}.{name}": value for name, value in parts.items()}
         return content
 
-    def turned(self, settings: Mapping[str, Any]) -> Dials:
-        """Return the dials with some set to other values, by dotted name.
+    def with_values(self, settings: Mapping[str, Any]) -> Dials:
+        """Return the dials with some values changed, by dotted name.
 
         Raises
         ------
@@ -120,4 +116,4 @@ DIAL_NAMES: tuple[str, ...] = (
     *(f"occlusion.{name}" for name in Occlusion.model_fields),
     *(f"distractors.{name}" for name in Distractors.model_fields),
 )
-"""What `Dials.turned` can turn."""
+"""Names of the dials that `Dials.with_values` accepts."""

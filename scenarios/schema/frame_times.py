@@ -1,4 +1,4 @@
-"""When the frames are taken: an even beat, less the frames that are lost."""
+"""Times of the kept frames: a constant interval, minus randomly lost frames."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ def frame_times(scenario: Scenario, seed: int) -> NDArray[np.float64]:
         ``imaging.keep_every`` drops frames evenly, ``imaging.drop_share`` at random on
         top of that. The first frame is always kept.
     seed : int
-        Seed of the run; losses are drawn from the sensor's stream.
+        Seed of the run; losses are sampled from the stream ``drops``.
 
     Returns
     -------
     (T,) float, s
-        Increasing from 0; T is ``scenario.frames`` whatever is lost, so the story gets
-        longer.
+        Increasing from 0; T is ``scenario.frames`` however many are lost: losses make
+        the sequence longer.
     """
     rng = generator(scenario, seed, "drops")
     lost = rng.geometric(1.0 - scenario.imaging.drop_share, scenario.frames - 1) - 1
-    beats = np.concatenate([[0], np.cumsum(1 + lost)])
-    times: NDArray[np.float64] = beats * scenario.imaging.interval_s
+    ticks = np.concatenate([[0], np.cumsum(1 + lost)])
+    times: NDArray[np.float64] = ticks * scenario.imaging.interval_s
     return times

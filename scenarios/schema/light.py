@@ -1,4 +1,4 @@
-"""The light it is filmed in."""
+"""Light and weather of a scenario."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from simbench.scenarios.schema.strict import Strict
+from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = ["Light"]
 
 
-class Light(Strict):
+class Light(StrictModel):
     """Time of day and weather."""
 
     time: Literal["day", "dusk", "night"] = "day"
@@ -20,10 +20,10 @@ class Light(Strict):
         default=150,
         ge=10,
         le=1000,
-        description="In fog: where 5 % of the contrast is left.",
+        description="In fog: distance at which 5 % of the contrast is left.",
     )
     rain_mm_per_h: float = Field(
-        default=12, gt=0, le=150, description="In rain: how much falls."
+        default=12, gt=0, le=150, description="In rain: precipitation rate."
     )
     sun_azimuth_rad: float = Field(
         default=2.2, ge=-7, le=7, description="Counter-clockwise from the road's x."
@@ -34,18 +34,18 @@ class Light(Strict):
         default=1.0,
         ge=0.001,
         le=20,
-        description="All light of the scene, times this, before the exposure.",
+        description="Factor on all light of the scene, before the exposure.",
     )
 
     @model_validator(mode="after")
-    def _weather_is_there(self) -> Self:
-        """Refuse to be told how thick a fog is that is not there."""
+    def _weather_has_its_settings(self) -> Self:
+        """Refuse a setting of fog or rain in other weather."""
         for key, weather in (("fog_visibility_m", "fog"), ("rain_mm_per_h", "rain")):
-            told = getattr(self, key)
-            is_told = told != type(self).model_fields[key].default
-            if is_told and self.weather != weather:
+            value = getattr(self, key)
+            is_set = value != type(self).model_fields[key].default
+            if is_set and self.weather != weather:
                 raise ValueError(
-                    f"{key} belongs to weather: {weather}; weather is {self.weather}, "
-                    f"{key} is {told:g}"
+                    f"{key} needs weather: {weather}, got {key}: {value:g} with "
+                    f"weather: {self.weather}"
                 )
         return self

@@ -1,4 +1,4 @@
-"""Words for vehicles that a scenario file may use."""
+"""Names of vehicle colours and classes in scenario files."""
 
 from __future__ import annotations
 

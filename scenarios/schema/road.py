@@ -1,4 +1,4 @@
-"""Where it happens: a road or a floor, and places there."""
+"""Roads, floors and SUMO networks, and places on them."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from simbench.scenarios.schema.strict import Strict
-from simbench.scenarios.schema.sumo_config import SumoFiles, located, placed, read_files
+from simbench.scenarios.schema.strict_model import StrictModel
+from simbench.scenarios.schema.sumo_config import (
+    SumoFiles,
+    read_files,
+    with_absolute_paths,
+)
 
 __all__ = [
-    "SITE_KINDS",
+    "AnyRoad",
     "Floor",
     "FloorPlan",
     "Place",
     "Road",
     "RoadSection",
-    "Site",
     "SumoRoad",
 ]
 
-SITE_KINDS = ("<carriageway>", "<floor>", "<network>")
-"""Names of the kinds of site; they stand in pydantic's error places, not in files."""
 
-
-class RoadSection(Strict):
+class RoadSection(StrictModel):
     """A stretch of road of one curvature and one slope."""
 
     length_m: float = Field(gt=0, le=10_000, description="Length along the road.")
@@ -41,7 +41,7 @@ class RoadSection(Strict):
         return self
 
 
-class Road(Strict):
+class Road(StrictModel):
     """A dual carriageway."""
 
     lanes: int = Field(default=3, ge=1, le=6, description="Lanes a direction.")
@@ -49,7 +49,7 @@ class Road(Strict):
     speed_limit_mps: float = Field(default=33.3, gt=1, le=70)
     median_m: float = Field(default=3.0, ge=0.5, le=30)
     shoulder_m: float = Field(default=2.5, ge=0.5, le=10)
-    opposite: bool = Field(default=True, description="Traffic the other way too.")
+    opposite: bool = Field(default=True, description="Traffic both ways.")
     before_m: float = Field(
         default=300, ge=50, le=3000, description="Straight road before along_m = 0."
     )
@@ -63,8 +63,8 @@ class Road(Strict):
         return self.before_m + sum(section.length_m for section in self.sections)
 
 
-class FloorPlan(Strict):
-    """A floor; ``along_m`` begins at one end, ``lateral_m`` in the middle."""
+class FloorPlan(StrictModel):
+    """A floor; ``along_m`` is 0 at one end, ``lateral_m`` in the middle."""
 
     length_m: float = Field(default=8, ge=1, le=100)
     width_m: float = Field(default=6, ge=1, le=100)
@@ -77,25 +77,25 @@ class FloorPlan(Strict):
     )
 
 
-class Floor(Strict):
+class Floor(StrictModel):
     """A floor on which balls roll and bounce."""
 
     floor: FloorPlan
 
 
-class SumoRoad(Strict):
-    """A SUMO network with its traffic, made elsewhere.
+class SumoRoad(StrictModel):
+    """A SUMO network with its own traffic.
 
-    Paths are relative to the scenario file; ``library:NAME`` is one that ships here.
+    Paths are relative to the scenario file; ``library:NAME`` ships with simbench.
     """
 
     sumo: str = Field(description="A .sumocfg, or a .net.xml (with routes).")
     routes: str | None = Field(default=None, description="Routes of a .net.xml.")
     begin_s: float | None = Field(
-        default=None, ge=0, description="Of SUMO's clock; null as configured, or 0."
+        default=None, ge=0, description="SUMO time; null: as configured, or 0."
     )
     search_s: float = Field(
-        default=120, gt=0, le=3600, description="Driven in search of the target."
+        default=120, gt=0, le=3600, description="Simulated time of the search."
     )
     content: str = Field(
         default="", description="SHA-256 of the files; filled in when they are read."
@@ -103,35 +103,33 @@ class SumoRoad(Strict):
 
     @model_validator(mode="before")
     @classmethod
-    def _reads_the_files(cls, told: Any) -> Any:
-        """Make paths absolute and take the files' digest, which enters the scenario's.
+    def _digest_files(cls, road: Any) -> Any:
+        """Make paths absolute and add the files' digest, part of the scenario's.
 
-        A scenario that was written down stays readable when the files are gone.
+        A recorded scenario, which has the digest, can be read without the files.
         """
-        if not isinstance(told, dict) or not isinstance(told.get("sumo"), str):
-            return told
-        told = placed(told, Path())
-        routes = told.get("routes")
+        if not isinstance(road, dict) or not isinstance(road.get("sumo"), str):
+            return road
+        road = with_absolute_paths(road, Path())
+        routes = road.get("routes")
         try:
             files = read_files(
-                located(told["sumo"]),
-                located(routes) if isinstance(routes, str) else None,
+                road["sumo"], routes if isinstance(routes, str) else None
             )
         except ValueError:
-            if told.get("content"):
-                return told
+            if road.get("content"):
+                return road
             raise
-        return told | {"content": files.content}
+        return road | {"content": files.content}
 
     @property
     def files(self) -> SumoFiles:
-        """What SUMO is started with."""
-        routes = None if self.routes is None else located(self.routes)
-        return read_files(located(self.sumo), routes)
+        """Files and options that SUMO is started with."""
+        return read_files(self.sumo, self.routes)
 
 
-def _kind_of_site(content: Any) -> str:
-    """Tell the kind by its key, so that mistakes are said about that kind only."""
+def _road_tag(content: Any) -> str:
+    """Return the tag of a kind of road by its key, so that errors concern it only."""
     keys = content if isinstance(content, dict) else ()
     if isinstance(content, Floor) or "floor" in keys:
         return "<floor>"
@@ -140,28 +138,28 @@ def _kind_of_site(content: Any) -> str:
     return "<carriageway>"
 
 
-Site = Annotated[
+AnyRoad = Annotated[
     Annotated[Road, Tag("<carriageway>")]
     | Annotated[Floor, Tag("<floor>")]
     | Annotated[SumoRoad, Tag("<network>")],
-    Discriminator(_kind_of_site),
+    Discriminator(_road_tag),
 ]
 
 
-class Place(Strict):
-    """A point in road coordinates, or at ``x_m`` and ``y_m`` on the map.
+class Place(StrictModel):
+    """A point in road coordinates, or at ``x_m``, ``y_m`` of a SUMO network.
 
-    A place on the map stays where it is when the camera follows the target.
+    In network coordinates it does not move when the camera follows the target.
     """
 
     along_m: float = 0.0
     lateral_m: float = 0.0
     height_m: float = Field(default=0.0, ge=0)
-    x_m: float | None = Field(default=None, description="Of a SUMO network: east.")
-    y_m: float | None = Field(default=None, description="Of a SUMO network: north.")
+    x_m: float | None = Field(default=None, description="SUMO network: east.")
+    y_m: float | None = Field(default=None, description="SUMO network: north.")
 
     @model_validator(mode="after")
-    def _has_one_script(self) -> Self:
+    def _has_one_coordinate_system(self) -> Self:
         if (self.x_m is None) != (self.y_m is None):
             raise ValueError("give x_m and y_m together")
         if self.x_m is not None and (self.along_m or self.lateral_m):

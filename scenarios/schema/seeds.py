@@ -1,4 +1,4 @@
-"""Random streams of a run: one for each concern, so that one can change alone."""
+"""Random streams of a run: one for each purpose, each with its own seed."""
 
 from __future__ import annotations
 
@@ -9,39 +9,31 @@ import numpy as np
 
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["Stream", "generator", "offspring", "stream"]
+__all__ = ["Stream", "child_generator", "generator", "stream_seed"]
 
 Stream = Literal[
     "traffic", "looks", "scenery", "hills", "sensor", "vibration", "drops", "weather"
 ]
 
-_NUMBERS: dict[Stream, int] = {
-    "traffic": 1,
-    "looks": 2,
-    "sensor": 3,
-    "vibration": 4,
-    "scenery": 5,
-    "drops": 6,
-    "weather": 7,
-    "hills": 8,
+_STREAMS: dict[Stream, tuple[int, Literal["traffic", "looks", "sensor"]]] = {
+    "traffic": (1, "traffic"),
+    "looks": (2, "looks"),
+    "sensor": (3, "sensor"),
+    "vibration": (4, "sensor"),
+    "scenery": (5, "looks"),
+    "drops": (6, "sensor"),
+    "weather": (7, "sensor"),
+    "hills": (8, "looks"),
 }
+"""Number of each stream, and the key of ``seeds`` that fixes its seed."""
 
 
 def _sequence(
     scenario: Scenario, seed: int, name: Stream, *more: int
 ) -> np.random.SeedSequence:
-    held = {
-        "traffic": scenario.seeds.traffic,
-        "looks": scenario.seeds.looks,
-        "scenery": scenario.seeds.looks,
-        "hills": scenario.seeds.looks,
-        "sensor": scenario.seeds.sensor,
-        "vibration": scenario.seeds.sensor,
-        "drops": scenario.seeds.sensor,
-        "weather": scenario.seeds.sensor,
-    }[name]
-    chosen = seed if held is None else held
-    return np.random.SeedSequence([chosen, _NUMBERS[name], *more])
+    number, key = _STREAMS[name]
+    fixed: int | None = getattr(scenario.seeds, key)
+    return np.random.SeedSequence([seed if fixed is None else fixed, number, *more])
 
 
 def generator(
@@ -52,36 +44,35 @@ def generator(
     Parameters
     ----------
     scenario : Scenario
-        ``scenario.seeds`` may hold the stream fixed.
+        ``scenario.seeds`` may fix the stream's seed.
     seed : int
         Seed of the run, at least 0.
     name : Stream
-        Which stream. Scenery (trees) and hills go with the looks' seed, vibration,
-        lost frames and rain with the sensor's.
+        Trees (``scenery``) and hills have the seed of ``looks``; vibration, lost
+        frames and rain that of ``sensor``.
     *more : int
-        Part of the stream, such as a frame's index.
+        Sub-stream, such as a frame's index.
     """
     return np.random.default_rng(_sequence(scenario, seed, name, *more))
 
 
-def offspring(root: int, *name: int | str) -> np.random.Generator:
-    """Return the generator of one of many things of a kind.
+def child_generator(root: int, *name: int | str) -> np.random.Generator:
+    """Return the generator of one object of many, such as one tree.
 
-    What is drawn for a thing then hangs on its name alone, and not on how many others
-    there are.
+    Its samples depend on the object's name alone, not on the number of objects.
 
     Parameters
     ----------
     root : int, in [0, 2**63)
-        Drawn from the stream of the kind.
+        Sampled from the stream of these objects.
     *name : int or str
-        What tells the thing from others of its kind.
+        Identifies the object.
     """
     words = [zlib.crc32(repr(part).encode()) for part in name]
     return np.random.default_rng([root, *words])
 
 
-def stream(scenario: Scenario, seed: int, name: Stream, attempt: int) -> int:
+def stream_seed(scenario: Scenario, seed: int, name: Stream, attempt: int) -> int:
     """Return a whole number in [0, 2**31) that seeds a program outside NumPy."""
     words = _sequence(scenario, seed, name, attempt).generate_state(1)
     return int(words[0]) % 2**31

@@ -1,4 +1,4 @@
-"""A user's own SUMO network: which files it is made of, and what they hold."""
+"""Files of a user's SUMO network: paths, options and digests."""
 
 from __future__ import annotations
 
@@ -17,27 +17,25 @@ from typing import IO, Any, cast
 __all__ = [
     "NOT_XML",
     "SumoFiles",
-    "by_content",
-    "located",
     "open_text",
-    "placed",
     "read_files",
+    "with_absolute_paths",
+    "with_file_digests",
 ]
 
 NOT_XML = (ET.ParseError, OSError, EOFError, LookupError, ValueError, zlib.error)
-"""What reading XML, compressed or in an unknown encoding, may raise."""
+"""Errors of reading XML that is damaged, compressed or in an unknown encoding."""
 
 _LIBRARY = "library:"
-_PATHS = ("sumo", "routes")
-"""What a road says of files."""
+_PATH_KEYS = ("sumo", "routes")
 
-_FILES = ("net-file", "route-files", "additional-files")
+_FILE_OPTIONS = ("net-file", "route-files", "additional-files")
 _SYNONYMS = {
     "net": "net-file",
     "routes": "route-files",
     "additional": "additional-files",
 }
-_DRIVING = (
+_TRAFFIC_OPTIONS = (
     "begin",
     "collision.action",
     "collision.check-junctions",
@@ -55,22 +53,22 @@ _DRIVING = (
     "time-to-impatience",
     "time-to-teleport",
 )
-"""Options of a configuration that decide how vehicles drive; the others (windows,
-outputs, step length, seed) are left out: many exist in SUMO's own programs only."""
+"""Options of a configuration that influence the traffic; others (windows, outputs, step
+length, seed) are ignored: many exist in SUMO's own programs only."""
 
 
 @dataclass(frozen=True, slots=True)
 class SumoFiles:
-    """What SUMO is started with.
+    """Folder and options that SUMO is started with.
 
     Attributes
     ----------
     folder : Path
-        In which SUMO must run: the options name files relative to it.
+        Working directory of SUMO: the options name files relative to it.
     options : dict from str to str
         By SUMO's long names, without dashes.
     content : str
-        SHA-256, as hex, over options and contents of all files, wherever they lie.
+        SHA-256, as hex, over options and contents of all files, not their paths.
     """
 
     folder: Path
@@ -79,67 +77,69 @@ class SumoFiles:
 
     @property
     def network(self) -> Path:
-        """The network's file."""
+        """Path of the network file."""
         return self.folder / self.options["net-file"]
 
 
-def read_files(path: Path, routes: Path | None) -> SumoFiles:
-    """Read a configuration, or a network with its routes.
+def read_files(sumo: str, routes: str | None) -> SumoFiles:
+    """Read and check a configuration, or a network with its routes.
 
     Parameters
     ----------
-    path : Path
-        A ``.sumocfg`` or a ``.net.xml``, which may be compressed (``.gz``).
-    routes : Path or None
-        Routes of a network; a configuration names its own.
+    sumo : str
+        Absolute path or ``library:NAME`` of a ``.sumocfg`` or a ``.net.xml``, which may
+        be compressed (``.gz``).
+    routes : str or None
+        Routes of a network; None for a configuration, which names its own.
 
     Raises
     ------
     ValueError
-        In one line, if a file is missing or is not what it should be.
+        In one line, if a file is missing or of another kind.
     """
+    path = _file_at(sumo)
     if path.name.endswith(".sumocfg"):
         if routes is not None:
             raise ValueError(
-                f"routes belong into the configuration {path}, or beside a .net.xml"
+                f"{path}: a configuration names its routes itself, got routes too"
             )
         options = _configured(path)
     elif path.name.endswith((".net.xml", ".net.xml.gz")):
         if routes is None:
-            raise ValueError(f"{path} needs routes: ..., or nobody drives on it")
-        there = os.path.relpath(routes, path.parent)
-        for name in (path.name, there):
+            raise ValueError(f"{path} needs routes: ... for its traffic")
+        relative = os.path.relpath(_file_at(routes), path.parent)
+        for name in (path.name, relative):
             if "," in name:
-                raise ValueError(f"SUMO takes no comma in a path, found {name!r}")
-        options = {"net-file": path.name, "route-files": there}
+                raise ValueError(f"SUMO accepts no comma in a path, got {name!r}")
+        options = {"net-file": path.name, "route-files": relative}
     else:
-        raise ValueError(f"wanted a .sumocfg or a .net.xml, found {str(path)!r}")
+        raise ValueError(f"expected a .sumocfg or a .net.xml, got {str(path)!r}")
     digest = hashlib.sha256()
-    for name in _FILES:
+    for name in _FILE_OPTIONS:
         for part in _listed(options.get(name, "")):
-            file = path.parent / part
-            digest.update(hashlib.sha256(_content(file)).digest())
+            content = _content(path.parent / part)
+            digest.update(hashlib.sha256(content).digest())
     _require_network(path.parent / options["net-file"])
-    driving = {key: value for key, value in options.items() if key not in _FILES}
-    digest.update(json.dumps(driving, sort_keys=True).encode())
+    traffic = {key: value for key, value in options.items() if key not in _FILE_OPTIONS}
+    digest.update(json.dumps(traffic, sort_keys=True).encode())
     return SumoFiles(path.parent, options, digest.hexdigest())
 
 
-def placed(told: Any, folder: Path) -> Any:
-    """Return what a scenario file says of its road, with absolute paths.
+def with_absolute_paths(road: Any, folder: Path) -> Any:
+    """Return the ``road`` of a scenario file with absolute paths.
 
     Parameters
     ----------
-    told : object
-        As in the file, where it may hold draws; only ``sumo`` and ``routes`` change,
-        if they are paths and not ``library:NAME``.
+    road : object
+        As in the file, with samples; only ``sumo`` and ``routes`` change, unless they
+        are ``library:NAME``.
     folder : Path
         To which the paths are relative.
 
     Raises
     ------
     ValueError
-        In one line, if a text can be no path.
+        In one line, if a text cannot be a path.
     """
 
     def absolute(path: str) -> str:
@@ -148,54 +148,41 @@ def placed(told: Any, folder: Path) -> Any:
         try:
             return str((folder / Path(path).expanduser()).resolve())
         except (OSError, RuntimeError, ValueError) as error:
-            raise ValueError(f"{path!r} can be no path: {error}") from None
+            raise ValueError(f"{path!r} cannot be a path: {error}") from None
 
-    return _with_paths(told, absolute)
+    return _with_paths(road, absolute)
 
 
-def by_content(told: Any) -> Any:
-    """Return what a scenario file says of its road, draws and all, without paths.
+def with_file_digests(road: Any) -> Any:
+    """Return the ``road`` of a scenario file with files' SHA-256 in place of paths.
 
-    Parameters
-    ----------
-    told : object
-        As in the file: mappings, lists and plain values.
-
-    Returns
-    -------
-    object
-        The same with, in place of each path, the SHA-256 of what it leads to; the path
-        itself where nothing can be read.
+    Paths of files that cannot be read stay.
     """
-    return _with_paths(told, _digest_at)
+    return _with_paths(road, _digest_at)
 
 
-def _with_paths(
-    told: Any, change: Callable[[str], str], *, is_path: bool = False
-) -> Any:
-    """Return the same with every path in it changed: all texts below such a key."""
-    if isinstance(told, Mapping):
+def _with_paths(value: Any, change: Callable[[str], str], is_path: bool = False) -> Any:
+    """Return a value with every path changed: all texts below a path's key."""
+    if isinstance(value, Mapping):
         return {
-            key: _with_paths(one, change, is_path=is_path or key in _PATHS)
-            for key, one in told.items()
+            key: _with_paths(item, change, is_path or key in _PATH_KEYS)
+            for key, item in value.items()
         }
-    if isinstance(told, list):
-        return [_with_paths(one, change, is_path=is_path) for one in told]
-    return change(told) if is_path and isinstance(told, str) else told
+    if isinstance(value, list):
+        return [_with_paths(item, change, is_path) for item in value]
+    return change(value) if is_path and isinstance(value, str) else value
 
 
 def _digest_at(path: str) -> str:
-    file = located(path)
     try:
-        if file.name.endswith(".sumocfg"):
-            return read_files(file, None).content
-        return hashlib.sha256(_content(file)).hexdigest()
+        if path.endswith(".sumocfg"):
+            return read_files(path, None).content
+        return hashlib.sha256(_content(_file_at(path))).hexdigest()
     except ValueError:
         return path
 
 
-def located(path: str) -> Path:
-    """Return the file that a kept path means."""
+def _file_at(path: str) -> Path:
     if not path.startswith(_LIBRARY):
         return Path(path)
     shipped = Path(str(resources.files("simbench.scenarios"))) / "library" / "networks"
@@ -203,7 +190,7 @@ def located(path: str) -> Path:
 
 
 def open_text(path: Path) -> IO[bytes]:
-    """Open a file for reading, decompressed where its name ends in ``.gz``."""
+    """Open a file for reading, decompressed if its name ends in ``.gz``."""
     if path.suffix == ".gz":
         return cast("IO[bytes]", gzip.open(path, "rb"))
     return path.open("rb")
@@ -219,15 +206,15 @@ def _configured(path: Path) -> dict[str, str]:
     for element in root.iter():
         name = _SYNONYMS.get(element.tag, element.tag)
         value = element.get("value", element.get("v"))
-        if value is not None and name in (*_FILES, *_DRIVING):
-            options[name] = ",".join(_listed(value)) if name in _FILES else value
+        if value is not None and name in (*_FILE_OPTIONS, *_TRAFFIC_OPTIONS):
+            options[name] = ",".join(_listed(value)) if name in _FILE_OPTIONS else value
     if "net-file" not in options:
-        raise ValueError(f"{path} names no net-file")
+        raise ValueError(f"{path}: net-file is missing")
     return options
 
 
 def _listed(value: str) -> list[str]:
-    """Take a list of files apart: at commas as SUMO does, for names may hold blanks."""
+    """Split a list of files at commas, as SUMO does: names may contain blanks."""
     return [part.strip() for part in value.split(",") if part.strip()]
 
 
@@ -239,13 +226,13 @@ def _content(path: Path) -> bytes:
 
 
 def _require_network(path: Path) -> None:
-    """Refuse what makes SUMO crash instead of complaining."""
+    """Refuse files with which SUMO crashes without a message."""
     try:
         with open_text(path) as file:
             _, root = next(ET.iterparse(file, events=("start",)))
     except NOT_XML as error:
         raise ValueError(f"{path} is not XML: {error}") from None
     if root.tag != "net":
-        raise ValueError(f"{path} is no network: wanted <net>, found <{root.tag}>")
+        raise ValueError(f"{path} is no network: expected <net>, got <{root.tag}>")
     if "version" not in root.attrib:
-        raise ValueError(f"{path} has no version: wanted <net version=...>")
+        raise ValueError(f"{path} has no version: expected <net version=...>")

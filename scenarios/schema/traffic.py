@@ -1,4 +1,4 @@
-"""Who drives: the traffic, the target and the strangers near it."""
+"""Traffic, the target and the scripted vehicles near it."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from pydantic import Field, model_validator
 
 from simbench.scenarios.schema.ball import Ball
 from simbench.scenarios.schema.names import PaintName, RoadClass
-from simbench.scenarios.schema.strict import Strict
+from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
-    "Choice",
     "Manoeuvre",
-    "Stranger",
+    "ScriptedVehicle",
     "Target",
+    "TargetRule",
     "Traffic",
     "scripted_lanes",
 ]
 
 
-class Traffic(Strict):
-    """The vehicles around the target."""
+class Traffic(StrictModel):
+    """Random vehicles around the target."""
 
     density_per_km_lane: float = Field(default=10, ge=0, le=30)
-    mix: dict[RoadClass, Annotated[float, Field(ge=0)]] = Field(
+    mix: dict[RoadClass, Annotated[float, Field(ge=0, strict=True)]] = Field(
         default={
             "car": 0.55,
             "suv": 0.15,
@@ -49,44 +49,44 @@ class Traffic(Strict):
         return self
 
 
-class Choice(Strict):
-    """Which vehicle of a SUMO network is the target, and when its story begins.
+class TargetRule(StrictModel):
+    """Rule that selects the target in a SUMO network, and the start of the sequence.
 
-    The story begins at the first instant at which all that is asked holds.
+    The sequence starts at the first time at which a vehicle meets all conditions.
     """
 
-    id: str | None = Field(default=None, description="Its name in SUMO.")
+    id: str | None = Field(default=None, description="The vehicle's id in SUMO.")
     vehicle_class: RoadClass | None = None
-    colour: PaintName | None = Field(default=None, description="Or nearest to it.")
-    edge: str | None = Field(default=None, description="On which it is then.")
-    at_m: float = Field(default=0, ge=0, description="At least as far along its edge.")
+    colour: PaintName | None = Field(default=None, description="Or the nearest to it.")
+    edge: str | None = Field(default=None, description="Edge at the start.")
+    at_m: float = Field(default=0, ge=0, description="Least place along its edge.")
     lane: int | None = Field(default=None, ge=0, description="From the right.")
     changes_lane: bool | None = Field(
-        default=None, description="Whether it begins to change lanes within within_s."
+        default=None, description="Whether it starts a lane change within within_s."
     )
-    within_s: float = Field(default=5, gt=0, description="From the story's start.")
-    after_s: float = Field(default=0, ge=0, description="Not before, from the start.")
+    within_s: float = Field(default=5, gt=0, description="From the start.")
+    after_s: float = Field(default=0, ge=0, description="Earliest simulated time.")
     lasts_s: float | None = Field(
-        default=None, gt=0, description="On the road for as long; null for the story."
+        default=None, gt=0, description="Least time on the road; null: the sequence's."
     )
 
 
-class Manoeuvre(Strict):
-    """Something a vehicle does at a given time: change lane or speed."""
+class Manoeuvre(StrictModel):
+    """A scripted lane change or change of speed."""
 
     at_s: float = Field(ge=0, le=600)
     change_lane: Literal["left", "right"] | None = None
     speed_mps: float | None = Field(default=None, ge=0, le=70)
 
     @model_validator(mode="after")
-    def _does_something(self) -> Self:
+    def _has_one_change(self) -> Self:
         if (self.change_lane is None) == (self.speed_mps is None):
             raise ValueError("give exactly one of change_lane and speed_mps")
         return self
 
 
-class Target(Strict):
-    """What to follow: a vehicle told here or found in a SUMO network, or a ball."""
+class Target(StrictModel):
+    """The target: a scripted vehicle, one found in a SUMO network, or a ball."""
 
     vehicle_class: RoadClass = "car"
     colour: PaintName = "red"
@@ -97,46 +97,46 @@ class Target(Strict):
         default=45,
         ge=8,
         le=300,
-        description="Road free of traffic around it in frame 0, all lanes its way.",
+        description="Length of its carriageway without traffic in frame 0.",
     )
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
-    ball: Ball | None = Field(default=None, description="On a floor, and alone.")
+    ball: Ball | None = Field(default=None, description="On a floor: the only key.")
     id: str | None = Field(
-        default=None, description="In a SUMO network, alone; short for choose: {id}."
+        default=None, description="In a SUMO network: short for choose: {id}."
     )
-    choose: Choice | None = Field(
-        default=None, description="In a SUMO network, and alone."
+    choose: TargetRule | None = Field(
+        default=None, description="In a SUMO network: the only key."
     )
 
     @model_validator(mode="after")
-    def _has_one_script(self) -> Self:
+    def _has_one_definition(self) -> Self:
         for key in ("ball", "id", "choose"):
-            if getattr(self, key) is not None:
-                self._require_alone(key)
+            if getattr(self, key) is None:
+                continue
+            for name, field in type(self).model_fields.items():
+                if name != key and getattr(self, name) != field.default:
+                    raise ValueError(f"{key} excludes other keys, got {name} too")
         return self
 
-    def lasting(self, story_s: float) -> Self:
-        """Return the same target for a story cut short, found as for the whole one."""
-        choice = self.choice
-        if choice is None or choice.lasts_s is not None:
+    @property
+    def rule(self) -> TargetRule | None:
+        """Rule that selects the target in a SUMO network."""
+        return self.choose if self.id is None else TargetRule(id=self.id)
+
+    def with_duration(self, duration_s: float) -> Self:
+        """Return the target that a rule selects for a sequence of ``duration_s`` [s].
+
+        A scenario cut short thereby keeps the target of the whole one.
+        """
+        rule = self.rule
+        if rule is None or rule.lasts_s is not None:
             return self
-        lasting = choice.model_copy(update={"lasts_s": story_s})
+        lasting = rule.model_copy(update={"lasts_s": duration_s})
         return self.model_copy(update={"id": None, "choose": lasting})
 
-    @property
-    def choice(self) -> Choice | None:
-        """What was asked of a vehicle in a SUMO network."""
-        return self.choose if self.id is None else Choice(id=self.id)
 
-    def _require_alone(self, key: str) -> None:
-        """Refuse what would have no meaning beside a key."""
-        for name, field in type(self).model_fields.items():
-            if name != key and getattr(self, name) != field.default:
-                raise ValueError(f"{key} must stand alone, found {name} beside it")
-
-
-class Stranger(Strict):
-    """A placed vehicle near the target, for example one that looks the same."""
+class ScriptedVehicle(StrictModel):
+    """A scripted vehicle near the target, for example a distractor."""
 
     vehicle_class: RoadClass = "car"
     colour: PaintName = "red"
@@ -146,11 +146,11 @@ class Stranger(Strict):
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
 
 
-def scripted_lanes(role: Target | Stranger) -> list[tuple[float, int]]:
-    """Return when a vehicle is told to change lane [s], and the lane it must reach."""
-    lane, told = role.lane, []
-    for move in sorted(role.manoeuvres, key=lambda move: move.at_s):
-        if move.change_lane is not None:
-            lane += 1 if move.change_lane == "left" else -1
-            told.append((move.at_s, lane))
-    return told
+def scripted_lanes(vehicle: Target | ScriptedVehicle) -> list[tuple[float, int]]:
+    """Return start [s] and destination lane of each scripted lane change, in order."""
+    lane, changes = vehicle.lane, []
+    for manoeuvre in sorted(vehicle.manoeuvres, key=lambda one: one.at_s):
+        if manoeuvre.change_lane is not None:
+            lane += 1 if manoeuvre.change_lane == "left" else -1
+            changes.append((manoeuvre.at_s, lane))
+    return changes

@@ -1,8 +1,8 @@
 """The command line: ``simbench COMMAND``.
 
-Exit status 0 says all is well, 1 that a run failed or got worse, 2 that the input or
-the set-up is wrong, 130 that Ctrl-C stopped it. Heavy modules load inside the commands,
-so that ``simbench --help`` answers at once.
+Exit status 0 is success; 1 means that a run failed or got worse, 2 that the input or
+the installation is wrong, 130 that Ctrl-C stopped it. Heavy modules are imported inside
+the commands, so that ``simbench --help`` is fast.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ BAD_INPUT = 2
 
 app = typer.Typer(
     name="simbench",
-    help="Make traffic, film it, run vehicle trackers on it, and score them.",
+    help="Simulate and render traffic, run vehicle trackers on it, and score them.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -47,8 +47,8 @@ app.command("doctor")(describe.doctor)
 app.command("schema")(describe.schema)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         typer.echo(f"simbench {__version__}")
         raise typer.Exit
 
@@ -62,7 +62,7 @@ def _settings(
         bool,
         typer.Option(
             "--version",
-            help="Print the version and leave.",
+            help="Print the version and exit.",
             is_eager=True,
             callback=_print_version,
         ),
@@ -74,29 +74,29 @@ def _settings(
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command and return its exit status; a mistake is one line on stderr."""
+    """Run one command and return its exit status; an error is one line on stderr."""
     try:
         return app(list(arguments), prog_name="simbench", standalone_mode=False) or 0
     except SimbenchError as error:
-        return _complain(str(error))
+        return _report_error(str(error))
     except typer.TyperException as error:
-        return _complain(error.format_message())
-    except BrokenPipeError:  # the reader, such as head, has seen enough
+        return _report_error(error.format_message())
+    except BrokenPipeError:  # the reader, such as head, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        return _complain(f"{where}{error.strerror or error}")
+        return _report_error(f"{where}{error.strerror or error}")
 
 
 def main() -> None:
-    """Run the command that was typed."""
-    # a tracker of one's own lies where one works; at the end, so that it hides nothing
+    """Run the command line of this process."""
+    # user trackers are modules in the working directory; last, so that none is hidden
     sys.path.append(str(Path.cwd()))
     sys.exit(execute(sys.argv[1:]))
 
 
-def _complain(message: str) -> int:
-    logger.debug("this ended the command:", exc_info=True)
+def _report_error(message: str) -> int:
+    logger.debug("the command failed:", exc_info=True)
     print(f"simbench: {' '.join(message.split())}", file=sys.stderr)
     return BAD_INPUT

@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and the reading of their values."""
+"""Arguments that several commands share, and the parsing of their values."""
 
 from __future__ import annotations
 
@@ -44,18 +44,18 @@ Seeds = Annotated[
 Jobs = Annotated[
     int | None,
     typer.Option(
-        "--jobs", "-j", min=1, max=256, help="Processes at a time; default: all cores."
+        "--jobs", "-j", min=1, max=256, help="Worker processes; default: one a core."
     ),
 ]
 Cluster = Annotated[
     str,
     typer.Option(
         metavar="ADDRESS",
-        help="Dask scheduler such as tcp://host:8786; its workers do the work.",
+        help="Dask scheduler such as tcp://host:8786, whose workers run the jobs.",
     ),
 ]
 Trackers = Annotated[
-    str, typer.Option(help="Names between commas; in full LABEL=NAME@PARAM=VALUE.")
+    str, typer.Option(help="Comma-separated names; in full LABEL=NAME@PARAM=VALUE.")
 ]
 Repetitions = Annotated[
     int, typer.Option(min=1, help="Runs of each tracker on the same sequence.")
@@ -65,24 +65,24 @@ Out = Annotated[
     typer.Option(help="Run folder; default: one in results/runs for this request."),
 ]
 Timeout = Annotated[
-    float, typer.Option(help="Seconds one tracker may take over one sequence.")
+    float, typer.Option(help="Time limit of one tracker on one sequence, s.")
 ]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Do again what is done already.")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Run finished parts again.")]
 Frames = Annotated[
     int | None,
-    typer.Option(min=2, help="Cut scenarios to this many frames; dials come after."),
+    typer.Option(min=2, help="Shorten scenarios to this many frames, then set dials."),
 ]
 
 
 def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
-    """Read scenarios that may hold draws, cut to ``frames`` where given."""
+    """Read scenarios whose values may be sampled, shortened to ``frames`` if given."""
     from simbench.scenarios.files.recipe import load_recipes
 
     return [recipe.shortened(frames) for name in names for recipe in load_recipes(name)]
 
 
 def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]:
-    """Read scenarios, cut to ``frames`` where given."""
+    """Read scenarios with fixed values, shortened to ``frames`` if given."""
     from simbench.scenarios.files.loading import load_variants
 
     found = [scenario for name in names for scenario in load_variants(name)]
@@ -97,7 +97,7 @@ def trackers_from(text: str) -> tuple[TrackerSpec, ...]:
 
 
 def tracker_specs(text: str) -> list[str]:
-    """Return what stands between the commas, as `find_tracker` takes it."""
+    """Split a comma-separated list into arguments of `find_tracker`."""
     specs = [spec.strip() for spec in text.split(",")]
     if not all(specs):
         raise SimbenchError(f"--trackers must be names between commas, got {text!r}")

@@ -1,4 +1,4 @@
-"""The command ``catalogue``: what scenarios look like and what they test."""
+"""The command ``catalogue``: a page with images of scenarios and what they test."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from simbench.cli.arguments import Jobs
-from simbench.cli.display import interruptible, progress_bar
+from simbench.cli.display import print_line, progress_bar
 
 __all__ = ["catalogue"]
 
@@ -25,32 +25,38 @@ def catalogue(
     out: Annotated[
         Path, typer.Option(dir_okay=False, help="HTML file to write.")
     ] = Path("catalogue.html"),
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the pictures.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sequences.")] = 0,
     jobs: Jobs = None,
 ) -> None:
-    """Write a page with pictures of scenarios, what they test and what they reach.
+    """Write a page with images of scenarios, what they test and achieved dials.
 
-    A scenario that cannot be drawn or filmed says so on the page; the exit status is
-    then 1.
+    The page names scenarios that cannot be sampled or rendered; the exit status is then
+    1.
     """
     from simbench.report.catalogue.entry import EntryRequest
     from simbench.report.catalogue.make import make_entries
     from simbench.report.catalogue.page import write_catalogue
     from simbench.runtime.versions import core_count
-    from simbench.scenarios.files.loading import library, names_of, variants_of
+    from simbench.scenarios.files.loading import (
+        expand_variants,
+        list_scenarios,
+        variants_of,
+    )
 
-    names = [one for name in scenarios or library() for one in names_of(name)]
-    wishes = [EntryRequest.drawn(name, seed) for name in names]
-    others = [[] if w.content.get("variant") else variants_of(w.source) for w in wishes]
+    names = [
+        one for name in scenarios or list_scenarios() for one in expand_variants(name)
+    ]
+    requests = [EntryRequest.from_source(name, seed) for name in names]
+    variants = [
+        [] if request.content.get("variant") else variants_of(request.source)
+        for request in requests
+    ]
     console = Console()
-    with (
-        interruptible("nothing was written"),
-        progress_bar(console) as progress,
-    ):
-        entries = make_entries(wishes, jobs=jobs or core_count(), progress=progress)
-        write_catalogue(entries, others, out)
+    with progress_bar(console, "nothing was written") as progress:
+        entries = make_entries(requests, jobs=jobs or core_count(), progress=progress)
+        write_catalogue(entries, variants, out)
     for entry in entries:
         if entry.problem:
-            console.print(f"failed: {entry.problem}", style="red", highlight=False)
-    console.print(str(out), highlight=False, soft_wrap=True)
+            print_line(console, f"failed: {entry.problem}", "red")
+    print_line(console, str(out))
     raise typer.Exit(1 if any(entry.problem for entry in entries) else 0)

@@ -1,4 +1,4 @@
-"""The regression gate: ``check``."""
+"""The command ``check``: compare the scores of a suite with a baseline."""
 
 from __future__ import annotations
 
@@ -11,12 +11,7 @@ import typer
 from rich.console import Console
 
 from simbench.cli.arguments import Jobs, tracker_specs, trackers_from
-from simbench.cli.display import (
-    interruptible,
-    print_table,
-    progress_bar,
-    score_table,
-)
+from simbench.cli.display import print_line, print_table, progress_bar, score_table
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -29,12 +24,12 @@ __all__ = ["check"]
 
 def check(
     baseline: Annotated[
-        Path, typer.Option(dir_okay=False, help="File with the suite and its numbers.")
+        Path, typer.Option(dir_okay=False, help="The suite and its expected scores.")
     ],
     update: Annotated[
-        bool, typer.Option("--update", help="Write what this version reaches.")
+        bool, typer.Option("--update", help="Write the scores of this version.")
     ] = False,
-    reason: Annotated[str, typer.Option(help="Why, for --update.")] = "",
+    reason: Annotated[str, typer.Option(help="Why scores change, for --update.")] = "",
     junit: Annotated[
         Path | None, typer.Option(dir_okay=False, help="JUnit XML to write.")
     ] = None,
@@ -45,38 +40,33 @@ def check(
 ) -> None:
     """Run the suite in a baseline file and exit 1 if precision, success or usage fell.
 
-    With --update, write the numbers of this version instead; a file that is not there
-    yet gets the default suite. With --trackers too, those of others stay as they are.
+    With --update, write the scores of this version instead; a new file gets the default
+    suite. With --trackers too, the scores of other trackers are kept.
     """
     from simbench.evaluation.baseline import Baseline
     from simbench.experiments.regression_suite import DEFAULT_SUITE, Suite
 
     console = Console()
     if update and not reason.strip():
-        raise SimbenchError('--update wants --reason "why the numbers change"')
+        raise SimbenchError('--update needs --reason "why the scores change"')
     known = Baseline.read(baseline) if baseline.exists() or not update else None
     suite = Suite.from_settings(known.settings) if known else DEFAULT_SUITE
-    asked = replace(suite, trackers=tracker_specs(trackers)) if trackers else suite
+    requested = replace(suite, trackers=tracker_specs(trackers)) if trackers else suite
     if known is not None and not update:
         if trackers:
-            known = _of_trackers(known, trackers)
+            labels = {spec.label for spec in trackers_from(trackers)}
+            rows = [row for row in known.rows if row.tracker in labels]
+            known = replace(known, rows=rows)
         if not known.rows:
             of = f" of {trackers}" if trackers else ""
-            raise SimbenchError(f"{baseline}: must have at least one row{of}, has none")
-    scores = _run(asked, jobs, console)
+            raise SimbenchError(f"{baseline}: expected at least one row{of}, got none")
+    scores = _run(requested, jobs, console)
     if update:
-        settled = suite.with_trackers(asked.trackers) if known else asked
+        new_suite = suite.with_trackers(requested.trackers) if known else requested
         earlier = known if trackers else None
-        _update(baseline, earlier, settled, scores, reason, console)
+        _update(baseline, earlier, new_suite, scores, reason, console)
     elif known is not None:
         _compare(known, scores, junit, console)
-
-
-def _of_trackers(baseline: Baseline, trackers: str) -> Baseline:
-    """Return the baseline with the rows of these trackers only."""
-    labels = {spec.label for spec in trackers_from(trackers)}
-    rows = [row for row in baseline.rows if row.tracker in labels]
-    return replace(baseline, rows=rows)
 
 
 def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
@@ -84,19 +74,17 @@ def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
     from simbench.experiments.run_folder import RunFolder
     from simbench.runtime.versions import core_count
 
-    request = suite.request()
     with (
         tempfile.TemporaryDirectory(prefix="simbench-check-") as folder,
-        interruptible("nothing was written"),
-        progress_bar(console) as progress,
+        progress_bar(console, "nothing was written") as progress,
     ):
         scores, sequences = run_grid(
-            request,
+            suite.request(),
             RunFolder(Path(folder)),
             jobs=jobs or core_count(),
             progress=progress,
         )
-    if not sequences:  # not one: no version of a tracker is to blame for that
+    if not sequences:  # no tracker ran, so no tracker got worse
         raise SimbenchError(str(scores.runs["reason"].iloc[0]))
     return scores
 
@@ -109,7 +97,7 @@ def _update(
     reason: str,
     console: Console,
 ) -> None:
-    """Write a baseline of the suite: new rows of scores, others as they were."""
+    """Write a baseline of the suite: rows of the scores, and other earlier rows."""
     from simbench.evaluation.baseline import Baseline
     from simbench.runtime.versions import versions
 
@@ -120,25 +108,20 @@ def _update(
         made = made.with_rows_of(earlier)
     made.write(path)
     console.print(score_table(scores))
-    console.print(f"baseline: {path}", highlight=False, soft_wrap=True)
+    print_line(console, f"baseline: {path}")
 
 
 def _compare(
     baseline: Baseline, scores: Scores, junit: Path | None, console: Console
 ) -> None:
-    from simbench.evaluation.regression import (
-        TABLE_HEADINGS,
-        compare,
-        table_rows,
-        write_junit,
-    )
+    from simbench.evaluation import regression
 
-    checks = compare(baseline, scores)
-    print_table(console, TABLE_HEADINGS, table_rows(checks))
+    checks = regression.compare(baseline, scores)
+    print_table(console, regression.TABLE_HEADINGS, regression.table_rows(checks))
     if junit is not None:
-        write_junit(junit, checks)
-    failed = [found for found in checks if not found.passed]
-    for found in failed:
-        console.print(found.message, style="red", highlight=False, soft_wrap=True)
-    console.print(f"{len(failed)} of {len(checks)} checks failed", highlight=False)
+        regression.write_junit(junit, checks)
+    failed = [one for one in checks if not one.passed]
+    for one in failed:
+        print_line(console, one.message, "red")
+    print_line(console, f"{len(failed)} of {len(checks)} checks failed")
     raise typer.Exit(1 if failed else 0)

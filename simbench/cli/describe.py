@@ -1,4 +1,4 @@
-"""Commands that only tell: ``list``, ``doctor`` and ``schema``."""
+"""The commands ``list``, ``doctor`` and ``schema``, which only print."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from simbench.cli.display import print_table
+from simbench.cli.display import print_line, print_table
 
 __all__ = ["doctor", "list_all", "schema"]
 
@@ -18,36 +18,34 @@ _MARKS = {"ok": "ok     ", "missing": "MISSING", "absent": "absent "}
 
 def list_all() -> None:
     """List the scenarios with what they test, and the trackers."""
-    from simbench.scenarios.files.loading import library, load_scenario, variants_of
-    from simbench.trackers.find_tracker import available_trackers
+    from simbench.scenarios.files.loading import (
+        list_scenarios,
+        load_scenario,
+        variants_of,
+    )
+    from simbench.trackers.find_tracker import list_trackers
 
     console = Console()
-    scenarios = [load_scenario(name) for name in library()]
+    scenarios = [load_scenario(name) for name in list_scenarios()]
     rows = []
     for s in scenarios:
         names = [s.name, *(f"  @{variant}" for variant in variants_of(s.name))]
         rows.append(("\n".join(names), str(s.frames), s.tests))
     print_table(console, ("scenario", "frames", "what it tests"), rows)
-    print_table(console, ("tracker", "what it is"), available_trackers().items())
+    print_table(console, ("tracker", "description"), list_trackers().items())
 
 
 def doctor() -> None:
-    """Say what is installed, what is wrong, and which command mends it."""
+    """Print what is installed, what is missing, and which command repairs it."""
     from simbench.runtime.doctor import examine
 
     console = Console()
     findings = examine()
     for finding in findings:
         mark = _MARKS[finding.state]
-        console.print(
-            f"{mark} {finding.name}: {finding.found}", highlight=False, soft_wrap=True
-        )
+        print_line(console, f"{mark} {finding.name}: {finding.found}")
         if finding.remedy:
-            console.print(
-                f"        mend it with: {finding.remedy}",
-                highlight=False,
-                soft_wrap=True,
-            )
+            print_line(console, f"        repair with: {finding.remedy}")
     raise typer.Exit(2 if any(f.state == "missing" for f in findings) else 0)
 
 

@@ -1,12 +1,12 @@
-"""What the commands show: progress with time left, and tables."""
+"""Output of the commands: progress with time left, lines and tables."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -21,48 +21,60 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from simbench.evaluation.scores import Scores
+    from simbench.runtime.run_jobs import Progress as ReportProgress
 
-__all__ = ["interruptible", "print_table", "progress_bar", "score_table"]
+__all__ = [
+    "interruptible",
+    "print_line",
+    "print_table",
+    "progress_bar",
+    "score_table",
+]
 
 _LINE_EVERY_S = 15.0
-_ENOUGH = 0.02  # of the work done, before a guess at the rest is worth a line
-Tell = Callable[[float, float, str], None]
+_LEAST_SHARE = 0.02  # of the work done, before the time left is estimated
+
+_TABLE: Final[dict[str, Any]] = {
+    "box": SIMPLE_HEAD,
+    "padding": (0, 1, 0, 0),
+    "show_edge": False,
+    "pad_edge": False,
+}
 
 
 @contextmanager
-def progress_bar(console: Console) -> Iterator[Tell]:
-    """Yield a function to call with work done, all work and what is being done.
+def progress_bar(console: Console, hint: str) -> Iterator[ReportProgress]:
+    """Yield a function to call with work done, total work and the current task.
 
     On a terminal it moves a bar with the time left; elsewhere, as in a CI log, it
-    prints a line now and then.
+    prints a line every 15 s.
+
+    Parameters
+    ----------
+    console : rich.console.Console
+    hint : str
+        See `interruptible`.
     """
-    if not console.is_terminal:
-        yield _lines(console)
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        row = bar.add_task("starting", total=None)
-
-        def tell(done: float, total: float, doing: str) -> None:
-            bar.update(row, completed=done, total=total, description=doing)
-
-        yield tell
+    with interruptible(hint):
+        if not console.is_terminal:
+            yield _progress_lines(console)
+            return
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeRemainingColumn(),
+        )
+        with Progress(*columns, console=console, transient=True) as bar:
+            row = bar.add_task("starting", total=None)
+            yield lambda done, total, task: bar.update(
+                row, completed=done, total=total, description=task
+            )
 
 
 @contextmanager
 def interruptible(hint: str) -> Iterator[None]:
-    """Turn Ctrl-C into one line and exit status 130.
-
-    Parameters
-    ----------
-    hint : str
-        How to go on.
-    """
+    """Turn Ctrl-C into one line, which ends with a hint, and exit status 130."""
     import typer
 
     try:
@@ -73,7 +85,7 @@ def interruptible(hint: str) -> Iterator[None]:
 
 
 def score_table(scores: Scores) -> Table:
-    """Return the means over seeds as a table, a row a scenario, variant and tracker."""
+    """Return means over seeds as a table, one row a scenario, variant and tracker."""
     from simbench.evaluation.statistics import summary
 
     measures = {
@@ -88,15 +100,7 @@ def score_table(scores: Scores) -> Table:
         "means over seeds: precision at 20 px, success at overlap 0.5, area below the "
         "success curve, error in px at the centre, particles a frame, frames/s"
     )
-    table = Table(
-        "scenario",
-        "tracker",
-        caption=caption,
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in measures.values():
         table.add_column(title, justify="right")
     means = summary(scores.runs, list(measures))
@@ -115,34 +119,33 @@ def print_table(
     console: Console, headings: Sequence[str], rows: Iterable[Sequence[str]]
 ) -> None:
     """Print a plain table."""
-    table = Table(
-        *headings,
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        show_edge=False,
-        pad_edge=False,
-    )
+    table = Table(*headings, **_TABLE)
     for row in rows:
         table.add_row(*row)
     console.print(table)
+
+
+def print_line(console: Console, text: str, style: str | None = None) -> None:
+    """Print text as it is: on one line, without markup or highlighting."""
+    console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
 
 
 def _number(value: float, form: str) -> str:
     return "-" if math.isnan(value) else form.format(value)
 
 
-def _lines(console: Console) -> Tell:
-    began = time.monotonic()
-    last = began
+def _progress_lines(console: Console) -> ReportProgress:
+    start = time.monotonic()
+    last = start
 
-    def tell(done: float, total: float, doing: str) -> None:
+    def report(done: float, total: float, task: str) -> None:
         nonlocal last
         now = time.monotonic()
-        if now - last < _LINE_EVERY_S or not _ENOUGH * total < done < total:
+        if now - last < _LINE_EVERY_S or not _LEAST_SHARE * total < done < total:
             return
         last = now
-        left_s = (now - began) * (total - done) / done
-        line = f"{100 * done / total:3.0f} %, about {left_s:.0f} s left; {doing}"
-        console.print(line, highlight=False)
+        left_s = (now - start) * (total - done) / done
+        share = f"{100 * done / total:3.0f} %"
+        print_line(console, f"{share}, about {left_s:.0f} s left; {task}")
 
-    return tell
+    return report

@@ -1,4 +1,4 @@
-"""Commands that make pictures: ``generate`` and ``show``."""
+"""The commands ``generate`` and ``show``, which render scenarios."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import typer
 from rich.console import Console
 
 from simbench.cli.arguments import Cluster, Frames, Jobs, Names, recipes_from
-from simbench.cli.display import interruptible, progress_bar
+from simbench.cli.display import interruptible, print_line, progress_bar
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
     from simbench.generation.dataset.produce import ProductionResult
-    from simbench.generation.dataset.request import Batch, DatasetRequest
+    from simbench.generation.dataset.request import DatasetRequest, SeededRecipe
     from simbench.scenarios.files.recipe import Recipe
 
 __all__ = ["generate", "show"]
 
 MOST = 1_000_000
-_LINES = 20  # of what failed; all of it stands in the data set
+_MOST_LINES = 20  # of failures, which dataset.json lists all
 
 
 def generate(
@@ -37,11 +37,11 @@ def generate(
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="With --count: the first seed of each.")
+        int | None, typer.Option(min=0, help="With --count: first seed of each.")
     ] = None,
     seeds: Annotated[
         str | None,
-        typer.Option(help="Of each scenario: 0:5, or numbers 0,3,7, or both."),
+        typer.Option(help="Of each scenario: range 0:5, or numbers 0,3,7, or both."),
     ] = None,
     layout: Annotated[
         str,
@@ -52,28 +52,24 @@ def generate(
     ] = "native",
     split: Annotated[
         str,
-        typer.Option(help="train, val or test; by default what readers look at first."),
+        typer.Option(help="train, val or test; default: what readers read first."),
     ] = "",
     channels: Annotated[
-        str, typer.Option(help="Beside the pictures: depth, flow, or both by a comma.")
+        str, typer.Option(help="Beside the images: depth, flow, or depth,flow.")
     ] = "",
     licence: Annotated[
-        str, typer.Option(help="Of the pictures, for the data set's card.")
+        str, typer.Option(help="Of the images, for the card of the data set.")
     ] = "",
     replace: Annotated[
-        bool,
-        typer.Option(
-            "--replace",
-            help="Make finished sequences again that would come out otherwise now.",
-        ),
+        bool, typer.Option("--replace", help="Overwrite outdated sequences.")
     ] = False,
     frames: Frames = None,
     jobs: Jobs = None,
     cluster: Cluster = "",
 ) -> None:
-    """Make a data set; the same call again goes on where it stopped.
+    """Generate a data set; the same command resumes a stopped call.
 
-    A scenario that cannot be told costs its own sequence; the exit status is then 1.
+    A scenario that fails loses only its own sequences; the exit status is then 1.
     """
     from simbench.datasets.channels import require_known
     from simbench.generation.dataset.produce import produce_dataset
@@ -82,15 +78,12 @@ def generate(
 
     recipes = recipes_from(scenarios, frames)
     batches = _batches(recipes, count, seed, seeds)
-    recorded = require_known(filter(None, channels.replace(" ", "").split(",")))
-    wanted = DatasetRequest(batches, layout, split, recorded)
+    channel_names = require_known(filter(None, channels.replace(" ", "").split(",")))
+    request = DatasetRequest(batches, layout, split, channel_names)
     console = Console()
-    with (
-        interruptible("the same command goes on from here"),
-        progress_bar(console) as progress,
-    ):
-        outcome = produce_dataset(
-            wanted,
+    with progress_bar(console, "the same command resumes it") as progress:
+        result = produce_dataset(
+            request,
             out,
             command=shlex.join(["simbench", *sys.argv[1:]]),
             licence=licence,
@@ -99,44 +92,45 @@ def generate(
             cluster=cluster,
             progress=progress,
         )
-    _print(console, outcome, out, wanted)
-    raise typer.Exit(1 if outcome.lost else 0)
+    _print_result(console, result, out, request)
+    raise typer.Exit(1 if result.failed else 0)
 
 
 def _batches(
     recipes: list[Recipe], count: int | None, seed: int | None, seeds: str | None
-) -> tuple[Batch, ...]:
+) -> tuple[SeededRecipe, ...]:
     from simbench.experiments.request import parse_seeds
-    from simbench.generation.dataset.request import Batch, spread
+    from simbench.generation.dataset.request import SeededRecipe, spread
 
     if count is not None and seeds is not None:
-        raise SimbenchError("--count counts seeds up by itself: leave --seeds out")
+        raise SimbenchError("--count numbers the seeds: leave --seeds out")
     if count is not None:
         return spread(recipes, count, seed or 0)
     if seed is not None:
-        raise SimbenchError("--seed goes with --count; else say --seeds")
-    return tuple(Batch(recipe, parse_seeds(seeds or "0")) for recipe in recipes)
+        raise SimbenchError("--seed goes with --count; otherwise use --seeds")
+    return tuple(SeededRecipe(recipe, parse_seeds(seeds or "0")) for recipe in recipes)
 
 
-def _print(
-    console: Console, outcome: ProductionResult, out: str, wanted: DatasetRequest
+def _print_result(
+    console: Console, result: ProductionResult, out: str, request: DatasetRequest
 ) -> None:
-    def line(text: str, style: str | None = None) -> None:
-        console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
-
-    lost = [f"failed: {name}: {reason}" for name, reason in outcome.lost.items()]
-    for text in lost[:_LINES]:
-        line(text, "red")
-    if len(lost) > _LINES:
-        line(f"failed: {len(lost) - _LINES} more, see dataset.json", "red")
-    there = f", {outcome.kept} were there" if outcome.kept else ""
-    again = f", {outcome.again} of them again" if outcome.again else ""
-    failed = f", {len(lost)} failed" if lost else ""
-    line(f"{outcome.made} of {len(wanted)} sequences made{again}{there}{failed}: {out}")
-    if wanted.layout == "native" and len(wanted) <= _LINES:
-        for wish in wanted:
-            if wish.name not in outcome.lost:
-                line(f"{out.rstrip('/')}/{wish.name}")
+    for name, reason in [*result.failed.items()][:_MOST_LINES]:
+        print_line(console, f"failed: {name}: {reason}", "red")
+    failed = len(result.failed)
+    if failed > _MOST_LINES:
+        more = failed - _MOST_LINES
+        print_line(console, f"failed: {more} more, see dataset.json", "red")
+    counts = [
+        f"{result.made} of {len(request)} sequences made",
+        f"{result.replaced} of them again" if result.replaced else "",
+        f"{result.kept} existed" if result.kept else "",
+        f"{failed} failed" if failed else "",
+    ]
+    print_line(console, f"{', '.join(filter(None, counts))}: {out}")
+    if request.layout == "native" and len(request) <= _MOST_LINES:
+        for sequence in request:
+            if sequence.name not in result.failed:
+                print_line(console, f"{out.rstrip('/')}/{sequence.name}")
 
 
 def show(
@@ -148,13 +142,13 @@ def show(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sequence.")] = 0,
     frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,
 ) -> None:
-    """Film a scenario up to one frame, draw the truth into it, and write a PNG."""
-    from simbench.experiments.request import full_name, path_safe
-    from simbench.generation.preview import write_picture
+    """Render one frame of a scenario, draw the truth into it, and write a PNG."""
+    from simbench.experiments.request import path_safe
+    from simbench.generation.preview import write_preview
     from simbench.scenarios.files.recipe import load_recipe
 
     scenario = load_recipe(name).scenario(seed)
-    path = out or Path(f"{path_safe(full_name(scenario))}.png")
+    path = out or Path(f"{path_safe(scenario.full_name)}.png")
     with interruptible("nothing was written"):
-        write_picture(scenario, seed, frame, path)
-    Console().print(str(path), highlight=False, soft_wrap=True)
+        write_preview(scenario, seed, frame, path)
+    print_line(Console(), str(path))

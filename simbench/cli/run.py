@@ -1,4 +1,4 @@
-"""The main command, ``run``, and ``report``, which draws up its results anew."""
+"""The commands ``run`` and ``report``, which writes the report of a run again."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from simbench.cli.arguments import (
     scenarios_from,
     trackers_from,
 )
-from simbench.cli.display import interruptible, progress_bar, score_table
+from simbench.cli.display import print_line, progress_bar, score_table
 
 if TYPE_CHECKING:
     from simbench.experiments.request import Request
     from simbench.experiments.run import RunResult
 
-__all__ = ["conclude", "execute_request", "report", "run"]
+__all__ = ["execute_request", "finish", "report", "run"]
 
 _RUNS = Path("results") / "runs"
 DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
@@ -48,16 +48,15 @@ def run(
     keep_sequences: Annotated[
         bool,
         typer.Option(
-            "--keep-sequences",
-            help="Leave the pictures in the folder; later calls do so too.",
+            "--keep-sequences", help="Keep the sequences, in later calls too."
         ),
     ] = False,
     fresh: Fresh = False,
     cluster: Cluster = "",
 ) -> None:
-    """Generate, track, score and report; the same call again goes on where it stopped.
+    """Generate, track, score and report; the same command resumes a stopped run.
 
-    A tracker that fails costs its own row; the exit status is then 1.
+    A tracker that fails loses only its own row; the exit status is then 1.
     """
     from simbench.experiments.request import Request, parse_seeds
 
@@ -69,7 +68,7 @@ def run(
         timeout,
     )
     console = Console()
-    outcome = execute_request(
+    result = execute_request(
         console,
         request,
         out,
@@ -78,8 +77,8 @@ def run(
         keep_sequences=keep_sequences,
         fresh=fresh,
     )
-    console.print(score_table(outcome.scores))
-    conclude(console, outcome)
+    console.print(score_table(result.scores))
+    finish(console, result)
 
 
 def execute_request(
@@ -92,14 +91,11 @@ def execute_request(
     fresh: bool,
     keep_sequences: bool = False,
 ) -> RunResult:
-    """Do a request and show how far it is; see `run_experiment`."""
+    """Run a request and show its progress; see `run_experiment`."""
     from simbench.experiments.run import run_experiment
     from simbench.runtime.versions import core_count
 
-    with (
-        interruptible("the same command goes on from here"),
-        progress_bar(console) as progress,
-    ):
+    with progress_bar(console, "the same command resumes it") as progress:
         return run_experiment(
             request,
             out or _RUNS / request.folder_name,
@@ -112,30 +108,21 @@ def execute_request(
         )
 
 
-def conclude(console: Console, outcome: RunResult) -> NoReturn:
-    """Say what failed and where the report is, and leave with exit status 0 or 1."""
-    for failure in outcome.failures:
-        console.print(
-            f"failed: {failure}",
-            style="red",
-            highlight=False,
-            markup=False,
-            soft_wrap=True,
-        )
-    console.print(f"report: {outcome.report}", highlight=False, soft_wrap=True)
-    raise typer.Exit(1 if outcome.failures else 0)
+def finish(console: Console, result: RunResult) -> NoReturn:
+    """Print what failed and where the report is, and exit with status 0 or 1."""
+    for failure in result.failures:
+        print_line(console, f"failed: {failure}", "red")
+    print_line(console, f"report: {result.report}")
+    raise typer.Exit(1 if result.failures else 0)
 
 
 def report(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
 ) -> None:
-    """Write a run's report anew; pictures that are gone are filmed again."""
+    """Write the report of a run again; missing sequences are generated again."""
     from simbench.experiments.rebuild_report import rebuild_report
 
     console = Console()
-    with (
-        interruptible("nothing was changed"),
-        progress_bar(console) as progress,
-    ):
+    with progress_bar(console, "nothing was changed") as progress:
         path = rebuild_report(run_folder, progress)
-    console.print(f"report: {path}", highlight=False, soft_wrap=True)
+    print_line(console, f"report: {path}")

@@ -1,4 +1,4 @@
-"""The command ``sweep``: one or two dials turned, all else held."""
+"""The command ``sweep``: vary one or two dials and keep all else the same."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from simbench.cli.arguments import (
     scenarios_from,
     trackers_from,
 )
-from simbench.cli.display import print_table
-from simbench.cli.run import DEFAULT_TRACKERS, conclude, execute_request
+from simbench.cli.display import print_line, print_table
+from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -54,39 +54,39 @@ def sweep(
     fresh: Fresh = False,
     cluster: Cluster = "",
 ) -> None:
-    """Turn one or two dials of a scenario and find where each tracker breaks.
+    """Vary one or two dials of a scenario and find where each tracker breaks.
 
-    A value that cannot be reached is left out and said; it fails no sweep.
+    Values that cannot be reached are left out and named; they fail no sweep.
     """
     from simbench.evaluation.sweep_axes import Sweep, parse_axis
     from simbench.experiments.request import Request, parse_seeds
 
     base, *others = scenarios_from([scenario], frames)
     if others:
-        raise SimbenchError(f"{scenario}: a sweep takes one variant, got several")
-    asked = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
+        raise SimbenchError(f"{scenario}: expected one variant, got {1 + len(others)}")
+    requested = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
     request = Request(
-        tuple(asked.variants(base)),
+        tuple(requested.variants(base)),
         trackers_from(trackers),
         parse_seeds(seeds),
         repetitions,
         timeout,
-        asked,
+        requested,
     )
     console = Console()
-    outcome = execute_request(
+    result = execute_request(
         console, request, out, jobs=jobs, cluster=cluster, fresh=fresh
     )
-    if outcome.swept is not None:
-        _print(console, outcome.swept)
-    conclude(console, outcome)
+    if result.swept is not None:
+        _print(console, result.swept)
+    finish(console, result)
 
 
 def _print(console: Console, swept: SweepScores) -> None:
-    """Print scores by value of the dial, what was not reached, and breaking points."""
+    """Print scores by dial value, values that were not reached, and breaking points."""
     from simbench.report.sweep_text import breaking_table, notes, point_table
 
     print_table(console, *point_table(swept))
     for note in notes(swept):
-        console.print(note, style="yellow", markup=False, soft_wrap=True)
+        print_line(console, note, "yellow")
     print_table(console, *breaking_table(swept))

@@ -1,4 +1,4 @@
-"""The proof that a result can be had again: ``verify``."""
+"""The command ``verify``: generate sequences again and compare them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import typer
 from rich.console import Console
 
 from simbench.cli.arguments import Jobs
-from simbench.cli.display import interruptible, progress_bar
+from simbench.cli.display import print_line, progress_bar
 
 if TYPE_CHECKING:
-    from simbench.verification.compare_sequences import VerificationResult
+    from simbench.verification.difference import VerificationResult
 
 __all__ = ["verify"]
 
-_ENOUGH_LINES = 20
+_MOST_LINES = 20
 
 
 def verify(
@@ -26,57 +26,49 @@ def verify(
     jobs: Jobs = None,
     sample: Annotated[
         int | None,
-        typer.Option(min=1, help="Only so many sequences, evenly spread."),
+        typer.Option(min=1, help="Only so many sequences, evenly spaced."),
     ] = None,
 ) -> None:
-    """Make recorded sequences anew and compare; exit 1 unless all holds the same.
+    """Generate recorded sequences again and compare; exit 1 if anything differs.
 
-    Trajectories, truth, ids (instance masks) and frames are compared apart, in fresh
-    processes, and what differs is said with its first frame and how much. Pictures,
-    depth, tables and arrays are compared decoded, value by value, other files byte by
-    byte; what says which machine made it is printed and does not count. Of a data set
-    the index and the list of files are compared whole, whatever the sample.
+    Trajectories, truth, ids (instance masks) and frames are compared separately, in
+    new processes; a difference is reported with its first frame and its size. Images,
+    depth and tables are compared decoded, value by value, other files byte by byte.
+    The machine and versions that made a sequence are printed, but not compared. The
+    index and the list of files of a data set are always compared whole.
     """
     from simbench.runtime.versions import core_count
-    from simbench.verification.compare_dataset import compare_whole
-    from simbench.verification.verify import find_targets_to_verify
+    from simbench.verification.compare_dataset import compare_dataset
+    from simbench.verification.verify import find_recorded_sequences
     from simbench.verification.verify import verify as verify_all
 
     console = Console()
-    subjects, total = find_targets_to_verify(place, sample)
-    with (
-        interruptible("nothing was changed"),
-        progress_bar(console) as progress,
-    ):
-        progress(0.0, len(subjects), "comparing the index")
-        whole = compare_whole(place)
-        findings = verify_all(subjects, jobs=jobs or core_count(), progress=progress)
-    for finding in findings:
-        if not finding.is_same or len(findings) <= _ENOUGH_LINES:
-            _print(console, finding)
-    if whole is not None:
-        _print(console, whole)
-    _conclude(console, findings, total)
-    if whole is not None and not whole.is_same:
-        console.print(f"{whole.name}: not as made", style="red", highlight=False)
-    found = [*findings, *([] if whole is None else [whole])]
-    raise typer.Exit(0 if all(finding.is_same for finding in found) else 1)
+    sequences, total = find_recorded_sequences(place, sample)
+    with progress_bar(console, "nothing was changed") as progress:
+        progress(0.0, len(sequences), "comparing the index")
+        index = compare_dataset(place)
+        results = verify_all(sequences, jobs=jobs or core_count(), progress=progress)
+    of_index = [] if index is None else [index]
+    shown = [r for r in results if not r.is_same or len(results) <= _MOST_LINES]
+    for result in [*shown, *of_index]:
+        print_line(console, str(result), None if result.is_same else "red")
+    _print_summary(console, results, total)
+    for result in of_index:
+        if not result.is_same:
+            print_line(console, f"{result.name}: not as made", "red")
+    raise typer.Exit(0 if all(one.is_same for one in [*results, *of_index]) else 1)
 
 
-def _print(console: Console, finding: VerificationResult) -> None:
-    style = None if finding.is_same else "red"
-    console.print(str(finding), style=style, highlight=False, soft_wrap=True)
-
-
-def _conclude(console: Console, findings: list[VerificationResult], of: int) -> None:
-    elsewhere = {
-        (name, *pair)
-        for finding in findings
-        for name, pair in finding.elsewhere.items()
+def _print_summary(
+    console: Console, results: list[VerificationResult], total: int
+) -> None:
+    changes = {
+        (name, *versions)
+        for result in results
+        for name, versions in result.environment_changes.items()
     }
-    for name, there, here in sorted(elsewhere):
-        line = f"made with {name} {there or '?'}, here is {here or '?'}"
-        console.print(line, highlight=False, soft_wrap=True)
-    same = sum(finding.is_same for finding in findings)
-    count = f"{len(findings)} of {of}" if len(findings) < of else f"{of}"
-    console.print(f"{count} verified: {same} identical", highlight=False)
+    for name, then, now in sorted(changes):
+        print_line(console, f"made with {name} {then or '?'}, here is {now or '?'}")
+    same = sum(result.is_same for result in results)
+    count = f"{len(results)} of {total}" if len(results) < total else f"{total}"
+    print_line(console, f"{count} verified: {same} identical")

@@ -1,1 +1,1 @@
-"""Types that all rooms share: boxes, cameras, frames, sequences, trajectories."""
+"""Shared types: boxes, cameras, frames, sequences, trajectories, errors."""

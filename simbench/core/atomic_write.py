@@ -1,4 +1,4 @@
-"""Write files and folders whole or not at all: into a neighbour, then rename."""
+"""Atomic writing of files and folders: into a temporary neighbour, then renamed."""
 
 from __future__ import annotations
 
@@ -15,44 +15,36 @@ __all__ = ["atomic_write", "atomic_write_folder"]
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield a temporary path that becomes the file ``path`` when the block ends well.
+    """Yield a temporary path that replaces the file ``path`` when the block succeeds.
 
-    Parameters
-    ----------
-    path : Path
-        File to write, or to replace; parent folders are made.
-
-    Yields
-    ------
-    Path
-        A free name in the same folder. Write a file there.
+    The temporary path is in the same folder; parent folders are created. A block that
+    raises, or is killed, leaves ``path`` as it was. The partial file is removed; if the
+    process was killed it remains, under a name that starts with a dot.
 
     Raises
     ------
     DatasetError
-        If ``path`` is a folder: what lies in it is not the caller's to remove.
-
-    Notes
-    -----
-    A block that raises, or is killed, leaves ``path`` as it was. What was written
-    until then is removed, or stays under a name that starts with a dot where the
-    process was killed.
+        If ``path`` is a folder, or the block or the file system raises an `OSError`.
     """
     if path.is_dir():
-        raise DatasetError(f"{path}: is a folder, wanted the path of a file")
-    with _neighbour(path) as temporary:
-        yield temporary
-        temporary.replace(path)
+        raise DatasetError(f"{path}: expected the path of a file, got a folder")
+    try:
+        with _temporary_path(path) as temporary:
+            yield temporary
+            temporary.replace(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise DatasetError(f"{path}: cannot be written: {reason}") from error
 
 
 @contextmanager
 def atomic_write_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder that becomes ``path`` when the block ends well.
+    """Yield an empty folder that replaces ``path`` when the block succeeds.
 
-    As `atomic_write`. A folder that is there already is removed, with all that lies
-    in it: only for folders that nobody else writes to.
+    As `atomic_write`, but errors are left as they are. An existing folder is removed
+    with its contents: only for folders that no other process writes to.
     """
-    with _neighbour(path) as temporary:
+    with _temporary_path(path) as temporary:
         temporary.mkdir()
         yield temporary
         if path.is_dir():
@@ -61,8 +53,8 @@ def atomic_write_folder(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _neighbour(path: Path) -> Iterator[Path]:
-    """Yield a free name beside ``path``; what is left there goes in the end."""
+def _temporary_path(path: Path) -> Iterator[Path]:
+    """Yield an unused name beside ``path``; remove what remains there at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     _remove(temporary)

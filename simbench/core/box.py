@@ -1,9 +1,9 @@
-"""Axis-aligned boxes in the image, one at a time or as arrays of rows.
+"""Axis-aligned boxes in the image, single or as arrays of rows.
 
 Image coordinates are continuous pixels with the origin at the outer corner of the
 top-left pixel, x to the right and y down: the pixel in column ``c`` spans
-``[c, c + 1]``. A box is ``left, top, width, height``; nothing subtracts one. Absent
-is NaN.
+``[c, c + 1]``. A box is ``left, top, width, height``, without the ``- 1`` of pixel
+indices. Absent is NaN.
 """
 
 from __future__ import annotations
@@ -24,9 +24,15 @@ class Box:
     Attributes
     ----------
     left, top : float, px
-        Outer top-left corner; may lie outside the image.
+        Outer top-left corner; may be outside the image.
     width, height : float, px
         Extent; at least 0.
+
+    Examples
+    --------
+    >>> from simbench import Box
+    >>> Box(left=10.0, top=20.0, width=30.0, height=40.0).center
+    (25.0, 40.0)
     """
 
     left: float
@@ -103,10 +109,7 @@ def overlap(
     >>> overlap(np.array([0.0, 0, 2, 2]), np.array([1.0, 0, 2, 2])).round(3).tolist()
     0.333
     """
-    low = np.maximum(first[..., :2], second[..., :2])
-    high = np.minimum(
-        first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:]
-    )
+    low, high = _common_corners(first, second)
     extent = np.maximum(high - low, 0.0)
     intersection = extent[..., 0] * extent[..., 1]
     union = area(first) + area(second) - intersection
@@ -127,24 +130,23 @@ def clip(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.floa
     Returns
     -------
     (..., 4) float, px
-        Boxes cut to the image; NaN where nothing is left.
+        Boxes cut to the image; NaN where no area remains.
     """
     size = np.array([width, height], dtype=np.float64)
     low = np.clip(boxes[..., :2], 0.0, size)
     high = np.clip(boxes[..., :2] + boxes[..., 2:], 0.0, size)
-    inside = np.concatenate([low, high - low], axis=-1)
-    gone = ~np.all(high > low, axis=-1)
-    inside[gone] = np.nan
-    return inside
+    clipped = np.concatenate([low, high - low], axis=-1)
+    clipped[~np.all(high > low, axis=-1)] = np.nan
+    return clipped
 
 
 def gap(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance between the edges of boxes, 0 where they meet.
+    """Return the distance between the edges of boxes, 0 where they touch or overlap.
 
     Parameters
     ----------
     first, second : (..., 4) float
-        ``left, top, width, height``; broadcast against each other.
+        ``left, top, width, height``; shapes must broadcast.
 
     Returns
     -------
@@ -156,9 +158,17 @@ def gap(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.f
     >>> float(gap(np.array([0.0, 0, 10, 10]), np.array([13.0, 14, 5, 5])))
     5.0
     """
+    low, high = _common_corners(first, second)
+    distance: NDArray[np.float64] = np.linalg.norm(np.maximum(low - high, 0.0), axis=-1)
+    return distance
+
+
+def _common_corners(
+    first: NDArray[np.float64], second: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return both corners of the intersection, (..., 2) px; swapped where disjoint."""
     low = np.maximum(first[..., :2], second[..., :2])
     high = np.minimum(
         first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:]
     )
-    apart: NDArray[np.float64] = np.linalg.norm(np.maximum(low - high, 0.0), axis=-1)
-    return apart
+    return low, high

@@ -1,4 +1,4 @@
-"""A pinhole camera in the OpenCV convention, and projection through it."""
+"""Pinhole camera in the OpenCV convention."""
 
 from __future__ import annotations
 
@@ -57,19 +57,18 @@ class Camera:
         fov_rad : float, rad
             Horizontal field of view, in (0, pi).
         width, height : int, px
-            Image size; pixels are square and the principal point is the middle.
+            Image size; pixels are square and the principal point is the image centre.
         roll_rad : float, rad
-            Turn about the optical axis, counter-clockwise as seen in the image.
+            Rotation about the optical axis, counter-clockwise as seen in the image.
 
         Raises
         ------
         ValueError
-            If position and target coincide, or the axis is vertical and has no "up".
+            If position and target coincide.
         """
         eye = np.asarray(position, dtype=np.float64)
         forward = np.asarray(target, dtype=np.float64) - eye
-        distance = float(np.linalg.norm(forward))
-        if distance == 0.0:
+        if (distance := float(np.linalg.norm(forward))) == 0.0:
             raise ValueError(f"camera position and target must differ, both are {eye}")
         forward = forward / distance
         right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -90,8 +89,7 @@ class Camera:
     @property
     def position(self) -> NDArray[np.float64]:
         """Optical centre in the road frame, (3,) m."""
-        center: NDArray[np.float64] = -self.rotation.T @ self.translation
-        return center
+        return np.asarray(-self.rotation.T @ self.translation)
 
     @property
     def focal_px(self) -> float:
@@ -100,8 +98,7 @@ class Camera:
 
     def to_camera(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (..., 3) road-frame points [m] in camera coordinates [m]."""
-        moved: NDArray[np.float64] = points @ self.rotation.T + self.translation
-        return moved
+        return np.asarray(points @ self.rotation.T + self.translation)
 
     def project(
         self, points: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""What can go wrong for a user, each with a message that names thing, want and got."""
+"""Errors a user can fix, each with a one-line message, and exceptions as one line."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ __all__ = [
     "SimbenchError",
     "TrackerError",
     "TrafficError",
+    "one_line",
 ]
+
+_LONGEST = 300  # characters
 
 
 class SimbenchError(Exception):
-    """A fault that the user can mend; its text is one line and needs no traceback."""
+    """An error the user can fix; its text is one line and needs no traceback."""
 
 
 class ScenarioError(SimbenchError):
@@ -21,11 +24,11 @@ class ScenarioError(SimbenchError):
 
 
 class TrafficError(SimbenchError):
-    """Traffic that could not be simulated as the scenario asks."""
+    """Traffic that could not be simulated as the scenario requires."""
 
 
 class RenderError(SimbenchError):
-    """A picture that could not be made: no OpenGL context, or nothing to see."""
+    """An image that could not be rendered: no OpenGL context, or an empty scene."""
 
 
 class TrackerError(SimbenchError):
@@ -34,3 +37,21 @@ class TrackerError(SimbenchError):
 
 class DatasetError(SimbenchError):
     """A sequence, run folder or table on disk that cannot be read or written."""
+
+
+def one_line(error: BaseException) -> str:
+    r"""Return an exception as one line of at most 300 characters: type and text.
+
+    Examples
+    --------
+    >>> one_line(ValueError("no target\n  in sight"))
+    'ValueError: no target in sight'
+    """
+    name = type(error).__name__
+    try:
+        text = " ".join(str(error).split())
+    except KeyboardInterrupt:
+        raise
+    except BaseException:  # third-party code makes the text and may fail too
+        text = ""
+    return f"{name}: {text}"[:_LONGEST] if text else name

@@ -1,4 +1,4 @@
-"""One picture of a sequence, as a tracker gets it."""
+"""One image of a sequence, as a tracker receives it."""
 
 from __future__ import annotations
 
@@ -12,16 +12,24 @@ __all__ = ["Frame"]
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One picture and when it was taken.
+    """One image with its time and index.
 
     Attributes
     ----------
     image : (H, W, 3) uint8, RGB
         Read-only.
     time_s : float, s
-        Time since the first frame of the sequence; frame dropping shows here.
+        Time since the first frame of the sequence; uneven where frames were dropped.
     index : int
         0-based position in the sequence.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from simbench import Frame
+    >>> image = np.zeros((120, 160, 3), dtype=np.uint8)
+    >>> Frame(image, time_s=0.04, index=1).index
+    1
     """
 
     image: NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Instance masks as run lengths: small enough to keep for every vehicle and frame."""
+"""Run-length encoded instance masks, compact enough for every vehicle and frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A filmed sequence: frames and the truth about them, whatever they came from."""
+"""Sequences of frames with ground truth, generated or recorded."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class VehicleTruth:
         Centre of the footprint in the road frame. NaN while off the road.
     headings : (T, V) float, rad
     masks : tuple of T mapping from id to Mask
-        Visible instance masks by frame; empty where they were not kept.
+        Visible instance masks by frame; empty where they were not recorded.
     pitches : (T, V) float or None, rad
         Slope of the road under the vehicle, nose up positive; NaN while off the road.
-        None where unknown, as are the next two.
+        None where unknown, as for the next two.
     speeds : (T, V) float or None, m/s
         NaN while off the road.
     visible_fraction : (T, V) float or None, in [0, 1]
@@ -73,13 +73,13 @@ class Truth:
     Attributes
     ----------
     boxes : (T, 4) float, px
-        Amodal ``left, top, width, height``: the box around the whole target as it
-        projects, hidden or not, not clipped to the image. NaN where ``absent``.
+        Amodal ``left, top, width, height``: the box around the projection of the whole
+        target, occluded parts included, not clipped to the image. NaN where ``absent``.
     visible_boxes : (T, 4) float, px
         Box around the visible pixels. NaN where no pixel is visible.
     visible_fraction : (T,) float, in [0, 1]
-        Visible samples over the samples the target alone would cover inside the
-        image, both taken at the same places. 0 where absent. NaN where unknown.
+        Visible samples over the samples that the unoccluded target would cover inside
+        the image, both at the same sample positions. 0 where absent. NaN where unknown.
     absent : (T,) bool
         No part of the target projects into the image.
     cut_by_image : (T,) bool
@@ -88,10 +88,27 @@ class Truth:
         Distance between the centres of this and the previous amodal box. NaN in
         frame 0 and next to absent frames.
     occluders : tuple of T str
-        What hides most of the target (``pole``, ``tree``, ``gantry``, ``vehicle``,
-        ...); empty where nothing does.
+        Kind of object that occludes most of the target (``pole``, ``tree``, ``gantry``,
+        ``vehicle``, ...); empty where none does.
     vehicles : VehicleTruth or None
-        The same for every vehicle; None for data sets that lack it.
+        Ground truth for every vehicle; None for data sets that lack it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from simbench import Truth
+    >>> boxes = np.array([[10.0, 20.0, 30.0, 40.0], [13.0, 24.0, 30.0, 40.0]])
+    >>> truth = Truth(
+    ...     boxes=boxes,
+    ...     visible_boxes=boxes,
+    ...     visible_fraction=np.array([1.0, 0.5]),
+    ...     absent=np.array([False, False]),
+    ...     cut_by_image=np.array([False, False]),
+    ...     displacement_px=np.array([np.nan, 5.0]),
+    ...     occluders=("", "pole"),
+    ... )
+    >>> truth.visible_fraction.min()
+    np.float64(0.5)
     """
 
     boxes: NDArray[np.float64]
@@ -106,14 +123,14 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
-    """Frames of one target and the truth about them.
+    """Frames of one target with their ground truth.
 
     Attributes
     ----------
     name : str
         Scenario name, or the name in the data set it was read from.
     frames : sequence of T Frame
-        Lazy: a frame is read when it is asked for and not kept.
+        Lazy: a frame is read on access and not kept.
     truth : Truth
     width, height : int, px
         Size of every frame.
@@ -124,24 +141,33 @@ class Sequence:
     lane_changes : tuple of LaneChange
         Empty where unknown.
     requested, achieved : mapping from str to float
-        Dials asked for and what the pictures show.
+        Dial values requested, and those measured on the images.
     scenario : mapping or None
-        The validated scenario, as plain data, that made it; None for recorded data.
-    digest : str
-        SHA-256, as hex, over the scenario and seed that made it; empty for recorded
+        The validated scenario it was generated from, as plain data; None for recorded
         data.
+    digest : str
+        SHA-256, as hex, over the scenario and seed it was generated from; empty for
+        recorded data.
     traffic_redraws : int
-        Traffic draws thrown away before this one.
+        Traffic samples rejected before this one.
     digests : mapping from str to str
         SHA-256, as hex, of its ``trajectories``, ``truth``, ``ids`` and ``frames`` as
-        they were made, see `simbench.generation.digests`; empty where unknown.
+        generated, see `simbench.generation.digests`; empty where unknown.
     made_with : mapping from str to str
-        Versions and devices that made it; empty where unknown.
+        Versions and devices it was generated with; empty where unknown.
     channels : mapping from str to sequence of arrays
-        What was recorded beside the pictures, lazy as they are: ``depth`` (H, W)
-        float32, m along the optical axis, inf in the sky; ``flow`` (H, W, 2) float32,
-        px to the next frame, with the bool masks ``occlusions`` and ``invalid``, all
-        three one shorter than the frames. See `simbench.datasets.channels`.
+        Arrays recorded beside the images, lazy as well: ``depth`` (H, W) float32, m
+        along the optical axis, inf in the sky; ``flow`` (H, W, 2) float32, px to the
+        next frame, with the bool masks ``occlusions`` and ``invalid``, all three one
+        shorter than the frames. See `simbench.datasets.channels`.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> scenario = simbench.load_scenario("smoke").shortened(2)
+    >>> sequence = simbench.generate(scenario, seed=0)
+    >>> len(sequence), sequence.frames[1].image.shape, sequence.truth.boxes.shape
+    (2, (120, 160, 3), (2, 4))
     """
 
     name: str
@@ -165,7 +191,7 @@ class Sequence:
 
     @property
     def variant(self) -> str:
-        """Which of several scenarios of one name made it; empty where there is one."""
+        """Variant of the scenario it was generated from; empty where it has none."""
         return str((self.scenario or {}).get("variant", ""))
 
     def __len__(self) -> int:

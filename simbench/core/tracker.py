@@ -1,4 +1,4 @@
-"""The contract between the bench and a tracker, and what one run of it yields."""
+"""The interface a tracker implements, and the result of one run of it."""
 
 from __future__ import annotations
 
@@ -18,19 +18,25 @@ FailureKind = Literal["exception", "timeout", "not-a-number"]
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Where a tracker believes the target is in one frame.
+    """A tracker's estimate of the target in one frame.
 
     Attributes
     ----------
     box : Box, px
         Finite; may reach outside the image.
     confidence : float, in [0, 1]
-        The tracker's own belief; 1 for trackers that state none.
+        The tracker's own confidence; 1 for trackers that give none.
     particles : int
         Likelihood evaluations spent on this frame, counted by the likelihood itself;
         0 for trackers without particles.
     cloud : (N, 3) float or None
         Optional particle cloud for display: centre x, y [px] and normalised weight.
+
+    Examples
+    --------
+    >>> from simbench import Box, Estimate
+    >>> Estimate(Box(10.0, 20.0, 30.0, 40.0), confidence=0.9, particles=100).particles
+    100
     """
 
     box: Box
@@ -43,30 +49,41 @@ class Estimate:
 class Tracker(Protocol):
     """A single-object tracker.
 
-    The bench calls `init` once with the first frame and the true box, then `update`
-    once a frame in order. A tracker never writes into ``frame.image`` and draws
-    random numbers only from the generator it was given.
+    The benchmark calls `init` once with the first frame and the true box, then
+    `update` once a frame in order. A tracker never writes into ``frame.image`` and
+    takes random numbers only from the generator it was given.
+
+    Examples
+    --------
+    >>> from simbench import Estimate, Tracker
+    >>> class Fixed:
+    ...     def init(self, frame, box, rng):
+    ...         self.box = box
+    ...     def update(self, frame):
+    ...         return Estimate(self.box)
+    >>> isinstance(Fixed(), Tracker)
+    True
     """
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
-        """Start on a frame in which ``box`` (px) bounds the target."""
+        """Initialise on a frame in which ``box`` (px) bounds the target."""
         ...
 
     def update(self, frame: Frame) -> Estimate:
-        """Return where the target is in the next frame."""
+        """Return the estimate of the target in the next frame."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why a run ended before its sequence did.
+    """The failure that ended a run before the end of its sequence.
 
     Attributes
     ----------
     frame : int
         0-based frame at which it happened.
     kind : {"exception", "timeout", "not-a-number"}
-        What happened.
+        Kind of failure.
     message : str
         One line for the user.
     """
@@ -78,7 +95,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """What one tracker said over a sequence of T frames.
+    """The estimates of one tracker over a sequence of T frames.
 
     Attributes
     ----------
@@ -93,11 +110,29 @@ class Track:
         Wall time of `init` (row 0) and of each `update`, image reading excluded. NaN
         from a failure on.
     seed : int
-        Seed of the generator handed to the tracker.
+        Seed of the generator passed to the tracker.
     failures : tuple of Failure
         Empty for a run that reached the end.
+    tracker : str
+        Label of the tracker, in tables and plots.
+    repetition : int
+        Index of the run among several of the tracker on the same sequence.
     clouds : tuple of ((N, 3) float array or None)
         Particle clouds by frame where kept, else empty.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from simbench import Track
+    >>> Track(
+    ...     boxes=np.array([[10.0, 20.0, 30.0, 40.0], [12.0, 20.0, 30.0, 40.0]]),
+    ...     confidence=np.ones(2),
+    ...     particles=np.array([0, 100]),
+    ...     seconds=np.array([0.01, 0.002]),
+    ...     seed=0,
+    ...     tracker="mine",
+    ... ).tracker
+    'mine'
     """
 
     boxes: NDArray[np.float64]
@@ -106,4 +141,6 @@ class Track:
     seconds: NDArray[np.float64]
     seed: int
     failures: tuple[Failure, ...] = ()
+    tracker: str = ""
+    repetition: int = 0
     clouds: tuple[NDArray[np.float64] | None, ...] = field(default=(), repr=False)

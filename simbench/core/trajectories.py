@@ -1,4 +1,4 @@
-"""Where every vehicle is at every instant: what traffic hands to the camera."""
+"""Trajectories: position and motion of every vehicle at every instant."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ VehicleClass = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """What does not change about a vehicle.
+    """The properties of a vehicle that do not change over time.
 
     Attributes
     ----------
     name : str
         Unique within its trajectories; the target is called ``target``.
     vehicle_class : str
-        One of `VehicleClass`; decides the mesh.
+        One of `VehicleClass`; determines the mesh.
     length, width, height : float, m
         Size of the box around it.
     colour : (r, g, b) int, 0..255
@@ -64,14 +64,14 @@ class LaneChange:
 class Trajectories:
     """Motion of V vehicles over T instants, in the road frame.
 
-    x points along the traffic at the origin (on a SUMO network, as on its map), y to
-    the left, z up. A vehicle's
-    position is the centre of its footprint on the road surface.
+    x points along the traffic at the origin (on a SUMO network: as on its map), y to
+    the left, z up. A vehicle's position is the centre of its footprint on the road
+    surface.
 
     Attributes
     ----------
     times : (T,) float, s
-        Increasing from 0; evenly spaced unless frames are lost.
+        Increasing from 0; evenly spaced unless frames are dropped.
     vehicles : tuple of V Vehicle
     positions : (T, V, 3) float, m
         NaN while the vehicle is not on the road.
@@ -86,9 +86,9 @@ class Trajectories:
     target : int
         Index of the target among the vehicles.
     lane_changes : tuple of LaneChange
-        In order of their start.
+        In order of start time.
     traffic_redraws : int
-        Traffic draws thrown away before this one (collision, absurd braking).
+        Traffic samples rejected before this one (collision, implausible braking).
     """
 
     times: NDArray[np.float64]

@@ -1,1 +1,1 @@
-"""Sequences on disk: reading and writing the layouts that the bench knows."""
+"""Sequences on disk: reading and writing the layouts that simbench supports."""

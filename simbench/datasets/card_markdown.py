@@ -1,4 +1,4 @@
-"""The card of a data set as Markdown, for people."""
+"""The card of a data set as Markdown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MEASURES = {
     "hidden": "Hidden share of the target",
     "target_px": "Height of the target's box, px",
 }
-"""What a card says the distribution of, and in what words."""
+"""Titles of the measures whose distribution a card shows."""
 
 _OVER_SEQUENCES = {
     "displacement_px": "median move between frames, px",
@@ -22,12 +22,12 @@ _OVER_SEQUENCES = {
 }
 _BAR = 40
 _LIMITS = (
-    "The pictures are simulated: what a tracker reaches here is no measure of what it "
-    "reaches on recorded video.",
-    "One target a sequence has its full truth; it is in plain view in the first frame.",
+    "The pictures are simulated: scores of a tracker here do not predict its scores on "
+    "recorded video.",
+    "One target a sequence has its full truth; it is fully visible in the first frame.",
     "The visible fraction is exact at the renderer's samples, not below them; "
     "reflections and shadows do not count as part of a vehicle.",
-    "Vehicles are rigid: wheels do not turn, and nobody is seen inside.",
+    "Vehicles are rigid: wheels do not turn, and there are no people inside.",
     "Traffic is that of SUMO's driver models, without accidents or pedestrians.",
 )
 
@@ -38,13 +38,13 @@ def card_text(content: Mapping[str, Any]) -> str:
     Parameters
     ----------
     content : mapping
-        The card in numbers, see `simbench.datasets.card.card`.
+        The card as values for JSON, see `simbench.datasets.card.card`.
     """
     parts = [
         _heading(content),
         _scenarios(content),
         _distributions(content),
-        _again(content),
+        _reproduction(content),
         _licence(content),
         _made_with(content),
         "## Known limits\n\n" + "\n".join(f"- {limit}" for limit in _LIMITS),
@@ -58,8 +58,8 @@ def _heading(content: Mapping[str, Any]) -> str:
         f"# {content.get('name') or 'A data set of simulated traffic'}",
         "",
         f"{content['sequences']} sequences, {content['frames']} frames "
-        f"({content['duration_s']:.0f} s) of one vehicle each to be tracked, at "
-        f"{sizes} px; **simulated** traffic, filmed by simbench.",
+        f"({content['duration_s']:.0f} s), each of one vehicle to be tracked, at "
+        f"{sizes} px; **simulated** traffic, rendered by simbench.",
     ]
     if content.get("format"):
         lines[-1] += f" Layout of the files: {content['format']}."
@@ -77,12 +77,12 @@ def _scenarios(content: Mapping[str, Any]) -> str:
         for name, of in content["scenarios"].items()
     ]
     heads = ("scenario", "sequences", "frames", "what it tests")
-    return "## What is in it\n\n" + _table(heads, rows)
+    return "## Content\n\n" + _table(heads, rows)
 
 
 def _distributions(content: Mapping[str, Any]) -> str:
     quantiles = {n: q for n, q in content["quantiles"].items() if q is not None}
-    parts = ["## How it spreads"]
+    parts = ["## Distributions"]
     if quantiles:
         heads = ("over the sequences", *next(iter(quantiles.values())))
         rows = [
@@ -120,20 +120,19 @@ def _bars(rows: Iterable[tuple[str, int]]) -> str:
     deep = len(str(most))
     lines = []
     for name, count in listed:
-        # what is there at all shows
+        # at least one mark for any count above 0
         bar = "#" * max(round(_BAR * count / most), int(count > 0))
         lines.append(f"{name:>{wide}}  {count:>{deep}}  {bar}".rstrip())
     return "\n".join(lines)
 
 
-def _again(content: Mapping[str, Any]) -> str:
+def _reproduction(content: Mapping[str, Any]) -> str:
     command = content.get("command")
     if not command:
         return ""
     return (
-        f"## How to make it again\n\n```sh\n{command}\n```\n\n"
-        "`simbench verify` makes its sequences anew and says whether they are the same "
-        "bytes."
+        f"## How to reproduce it\n\n```sh\n{command}\n```\n\n"
+        "`simbench verify` makes its sequences again and compares them."
     )
 
 

@@ -1,17 +1,17 @@
-"""What is recorded beside the pictures of a sequence, on disk: depth and optical flow.
+"""Channels of a sequence on disk: depth and optical flow, beside the pictures.
 
 ::
 
     depth/000000.tiff        (H, W) float32: distance along the optical axis, m; sky inf
-    flow/000000.flo          (H, W, 2) float32: move to the next frame, px
+    flow/000000.flo          (H, W, 2) float32: displacement to the next frame, px
     occlusions/000000.png    255 where the point is hidden in the next frame
-    invalid/000000.png       255 where it is outside the next frame, or nowhere
+    invalid/000000.png       255 where it is outside the next frame, or undefined
 
 Float TIFF keeps depth exactly, infinity included, and is read by OpenCV, Pillow, MATLAB
 and GDAL; 16-bit PNG would round it. Flow has the layout of MPI Sintel: ``.flo`` keeps
 floats of any size, where KITTI's 16-bit PNG rounds to 1/64 px and ends at 512 px, which
-a car that passes near the camera exceeds. What a ``.flo`` file does not know is 1e10 in
-it and NaN here. The last frame has no flow.
+a car that passes near the camera exceeds. Unknown flow is 1e10 in a ``.flo`` file and
+NaN here. The last frame has no flow.
 """
 
 from __future__ import annotations
@@ -20,14 +20,19 @@ import collections.abc
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import DatasetError
-from simbench.datasets.frames import decoded_as_stored
+from simbench.datasets.frames import (
+    LazySequence,
+    decoded_as_stored,
+    read_file,
+    write_file,
+)
 
 __all__ = [
     "CHANNELS",
@@ -40,7 +45,7 @@ __all__ = [
 ]
 
 CHANNELS = ("depth", "flow")
-"""What can be asked for."""
+"""Names of the channels."""
 
 _PARTS = {"depth": ("depth",), "flow": ("flow", "occlusions", "invalid")}
 _SUFFIX = {"depth": "tiff", "flow": "flo", "occlusions": "png", "invalid": "png"}
@@ -52,8 +57,8 @@ _KNOWN_BELOW = 1e9
 _LZW = [cv2.IMWRITE_TIFF_COMPRESSION, 5]
 
 
-class ChannelFolder(collections.abc.Sequence[NDArray[Any]]):
-    """One channel of a sequence, read from disk each time a frame is asked for.
+class ChannelFolder(LazySequence[NDArray[Any]]):
+    """One channel of a sequence, as arrays, read-only.
 
     Parameters
     ----------
@@ -64,52 +69,44 @@ class ChannelFolder(collections.abc.Sequence[NDArray[Any]]):
     count : int
         How many frames have it.
     owner : object, optional
-        Kept alive as long as this, see `simbench.datasets.native.FrameFolder`.
+        See `simbench.datasets.frames.LazySequence`.
     """
 
     def __init__(
         self, folder: Path, name: str, count: int, *, owner: object = None
     ) -> None:
-        self.folder = folder
+        super().__init__(folder, count, owner=owner)
         self.name = name
-        self._numbers = range(count)
-        self._owner = owner
 
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return len(self._numbers)
+    def _path(self, number: int) -> Path:
+        return _path(self.folder, self.name, number)
 
-    @overload
-    def __getitem__(self, index: int) -> NDArray[Any]: ...
-    @overload
-    def __getitem__(self, index: slice) -> ChannelFolder: ...
-    def __getitem__(self, index: int | slice) -> NDArray[Any] | ChannelFolder:
-        """Read one frame, or return a lazy part."""
-        if isinstance(index, slice):
-            part = ChannelFolder(self.folder, self.name, 0, owner=self._owner)
-            part._numbers = self._numbers[index]
-            return part
-        return _read(self.name, self.path(index))
-
-    def path(self, index: int) -> Path:
-        """Return the file of one of these frames."""
-        return _path(self.folder, self.name, self._numbers[index])
+    def _read(self, number: int) -> NDArray[Any]:
+        path = self._path(number)
+        decoded = _decoded_flow if self.name == "flow" else decoded_as_stored
+        array = decoded(read_file(path))
+        if array is None:
+            raise DatasetError(f"{path}: not a readable {self.name} file")
+        if self.name in ("occlusions", "invalid"):
+            array = array > 0
+        array.flags.writeable = False
+        return array
 
 
 def require_known(channels: collections.abc.Iterable[str]) -> tuple[str, ...]:
-    """Return the channels asked for in the order of `CHANNELS`, each once.
+    """Return the requested channels in the order of `CHANNELS`, each once.
 
     Raises
     ------
     DatasetError
         If one is not known.
     """
-    wanted = tuple(channels)
-    for name in wanted:
+    requested = dict.fromkeys(channels)
+    for name in requested:
         if name not in CHANNELS:
             known = ", ".join(CHANNELS)
             raise DatasetError(f"channels must be among {known}, got {name!r}")
-    return tuple(name for name in CHANNELS if name in wanted)
+    return tuple(name for name in CHANNELS if name in requested)
 
 
 def write_channel(folder: Path, name: str, index: int, array: NDArray[Any]) -> None:
@@ -128,12 +125,7 @@ def write_channel(folder: Path, name: str, index: int, array: NDArray[Any]) -> N
     DatasetError
         If the file cannot be written.
     """
-    path = _path(folder, name, index)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(_encoded(name, array))
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot write: {error.strerror}") from None
+    write_file(_path(folder, name, index), _encoded(name, array))
 
 
 def write_channels(
@@ -141,8 +133,8 @@ def write_channels(
 ) -> None:
     """Write all channels of a sequence, one frame at a time.
 
-    Those that stand in ``folder`` already are left alone, those on disk elsewhere are
-    copied byte by byte.
+    Those of ``folder`` itself are left as they are, those of other folders are copied
+    byte by byte.
     """
     for name, frames in channels.items():
         if not isinstance(frames, ChannelFolder):
@@ -150,14 +142,14 @@ def write_channels(
                 write_channel(folder, name, index, array)
         elif frames.folder.resolve() != folder.resolve():
             for index in range(len(frames)):
-                there = _path(folder, name, index)
-                there.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(frames.path(index), there)
+                copy = _path(folder, name, index)
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(frames.path(index), copy)
 
 
 def channels_in(
     folder: Path,
-    asked: collections.abc.Iterable[str],
+    channels: collections.abc.Iterable[str],
     frames: int,
     *,
     owner: object = None,
@@ -167,18 +159,17 @@ def channels_in(
     Parameters
     ----------
     folder : Path
-    asked : iterable of str
+    channels : iterable of str
         Of `CHANNELS`.
     frames : int
-        Of the sequence.
+        Number of frames of the sequence.
     owner : object, optional
         See `ChannelFolder`.
     """
-    names = [name for channel in asked for name in _PARTS[channel]]
-    counts = {name: frames if name == "depth" else frames - 1 for name in names}
     return {
-        name: ChannelFolder(folder, name, count, owner=owner)
-        for name, count in counts.items()
+        name: ChannelFolder(folder, name, frames - (name != "depth"), owner=owner)
+        for channel in channels
+        for name in _PARTS[channel]
     }
 
 
@@ -205,21 +196,6 @@ def _encoded(name: str, array: NDArray[Any]) -> bytes:
         return encoded.tobytes()
     _, encoded = cv2.imencode(".png", np.where(array, 255, 0).astype(np.uint8))
     return encoded.tobytes()
-
-
-def _read(name: str, path: Path) -> NDArray[Any]:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
-    decoded = _decoded_flow if name == "flow" else decoded_as_stored
-    array = decoded(content)
-    if array is None:
-        raise DatasetError(f"{path}: not a readable {name} file")
-    if name in ("occlusions", "invalid"):
-        array = array > 0
-    array.flags.writeable = False
-    return array
 
 
 def _decoded_flow(content: bytes) -> NDArray[Any] | None:

@@ -1,10 +1,11 @@
-"""The pictures of a sequence on disk: written one by one, read when asked for."""
+"""The pictures of a sequence on disk: written one by one, read when they are used."""
 
 from __future__ import annotations
 
 import collections.abc
+import copy
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, Self, TypeVar, overload
 
 import cv2
 import numpy as np
@@ -15,10 +16,14 @@ from simbench.core.frame import Frame
 
 __all__ = [
     "FrameFolder",
+    "LazySequence",
     "decoded_as_stored",
     "decoded_picture",
     "encoded_png",
     "frame_path",
+    "frame_times",
+    "read_file",
+    "write_file",
     "write_frame",
 ]
 
@@ -31,10 +36,60 @@ _PNG = [
     cv2.IMWRITE_PNG_STRATEGY,
     cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
 ]
+Item = TypeVar("Item")
 
 
-class FrameFolder(collections.abc.Sequence[Frame]):
-    """The frames of a folder, read from disk each time one is asked for.
+class LazySequence(collections.abc.Sequence[Item]):
+    """Items of a folder, one a frame, each read from disk whenever it is used.
+
+    A slice is lazy too, and its items keep their number in the whole sequence.
+
+    Parameters
+    ----------
+    folder : Path
+        Sequence folder.
+    count : int
+        Number of items.
+    owner : object, optional
+        Kept alive as long as these items, for example the
+        `tempfile.TemporaryDirectory` of ``folder``.
+    """
+
+    def __init__(self, folder: Path, count: int, *, owner: object = None) -> None:
+        self.folder = folder
+        self._numbers = range(count)
+        self._owner = owner
+
+    def __len__(self) -> int:
+        """Return the number of items."""
+        return len(self._numbers)
+
+    @overload
+    def __getitem__(self, index: int) -> Item: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Item | Self:
+        """Read one item, or return a lazy part."""
+        numbers = self._numbers[index]
+        if isinstance(numbers, int):
+            return self._read(numbers)
+        part = copy.copy(self)
+        part._numbers = numbers
+        return part
+
+    def path(self, index: int) -> Path:
+        """Return the file of one of these items."""
+        return self._path(self._numbers[index])
+
+    def _path(self, number: int) -> Path:
+        raise NotImplementedError
+
+    def _read(self, number: int) -> Item:
+        raise NotImplementedError
+
+
+class FrameFolder(LazySequence[Frame]):
+    """The frames of a folder, as (H, W, 3) uint8 RGB, read-only.
 
     Parameters
     ----------
@@ -43,58 +98,44 @@ class FrameFolder(collections.abc.Sequence[Frame]):
     times_s : (T,) float, s
         Time of each frame since the first.
     owner : object, optional
-        Kept alive as long as these frames, for example the
-        `tempfile.TemporaryDirectory` that ``folder`` lies in.
-
-    Notes
-    -----
-    Images are (H, W, 3) uint8 RGB and read-only. A slice is again lazy, and its frames
-    keep their ``index`` in the whole sequence.
+        See `LazySequence`.
     """
 
     def __init__(
         self, folder: Path, times_s: NDArray[np.float64], *, owner: object = None
     ) -> None:
-        self.folder = folder
+        super().__init__(folder, len(times_s), owner=owner)
         self._times = np.asarray(times_s, dtype=np.float64)
-        self._numbers = range(len(self._times))
-        self._owner = owner
 
     @property
     def times_s(self) -> NDArray[np.float64]:
         """Time of each of these frames, (T,) float, s."""
         return self._times[list(self._numbers)]
 
-    def stands_in(self, folder: Path) -> bool:
+    def is_all_of(self, folder: Path) -> bool:
         """Whether these are the frames 0 to T - 1 of ``folder``."""
-        whole = self._numbers == range(len(self))
-        return whole and self.folder.resolve() == folder.resolve()
+        is_whole = self._numbers == range(len(self))
+        return is_whole and self.folder.resolve() == folder.resolve()
 
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return len(self._numbers)
+    def _path(self, number: int) -> Path:
+        return frame_path(self.folder, number)
 
-    @overload
-    def __getitem__(self, index: int) -> Frame: ...
-    @overload
-    def __getitem__(self, index: slice) -> FrameFolder: ...
-    def __getitem__(self, index: int | slice) -> Frame | FrameFolder:
-        """Read one frame, or return a lazy part."""
-        if isinstance(index, slice):
-            part = FrameFolder(self.folder, self._times, owner=self._owner)
-            part._numbers = self._numbers[index]
-            return part
-        number = self._numbers[index]
-        image = _read_image(self.path(index))
+    def _read(self, number: int) -> Frame:
+        path = self._path(number)
+        image = decoded_picture(read_file(path), path)
+        image.flags.writeable = False
         return Frame(image, float(self._times[number]), number)
 
-    def path(self, index: int) -> Path:
-        """Return the PNG file of one of these frames."""
-        return frame_path(self.folder, self._numbers[index])
+
+def frame_times(frames: collections.abc.Sequence[Frame]) -> NDArray[np.float64]:
+    """Return the time of each frame, (T,) float, s; reads no picture from disk."""
+    if isinstance(frames, FrameFolder):
+        return frames.times_s
+    return np.array([frame.time_s for frame in frames])
 
 
 def frame_path(folder: Path, index: int) -> Path:
-    """Return where the picture of frame ``index`` stands."""
+    """Return the file of the picture of frame ``index``."""
     return folder / "frames" / f"{index:06d}.png"
 
 
@@ -116,11 +157,22 @@ def write_frame(folder: Path, index: int, image: NDArray[np.uint8]) -> None:
     DatasetError
         If the file cannot be written.
     """
-    path = frame_path(folder, index)
-    encoded = encoded_png(image)
+    write_file(frame_path(folder, index), encoded_png(image))
+
+
+def read_file(path: Path) -> bytes:
+    """Return the content of a file, or raise a `DatasetError` that names it."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a file, and its folder, or raise a `DatasetError` that names it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(encoded)
+        path.write_bytes(content)
     except OSError as error:
         raise DatasetError(f"{path}: cannot write: {error.strerror}") from None
 
@@ -142,9 +194,9 @@ def encoded_png(image: NDArray[np.uint8]) -> bytes:
 
 
 def decoded_as_stored(content: bytes) -> NDArray[Any] | None:
-    """Return what the bytes of a picture hold, in its own type and channels (OpenCV's).
+    """Return a picture decoded in its own type and channels (in OpenCV's order).
 
-    None where they are no picture.
+    None where the bytes are no picture.
     """
     return _decoded(content, cv2.IMREAD_UNCHANGED)
 
@@ -164,16 +216,6 @@ def decoded_picture(content: bytes, path: Path | str) -> NDArray[np.uint8]:
 
 
 def _decoded(content: bytes, mode: int) -> NDArray[Any] | None:
-    # imdecode refuses an empty buffer with a C++ exception, other rubbish with None
+    # imdecode throws a C++ exception for an empty buffer, returns None for other faults
     encoded = np.frombuffer(content, dtype=np.uint8)
     return cv2.imdecode(encoded, mode) if encoded.size else None
-
-
-def _read_image(path: Path) -> NDArray[np.uint8]:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
-    image = decoded_picture(content, path)
-    image.flags.writeable = False
-    return image

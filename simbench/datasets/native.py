@@ -1,40 +1,34 @@
-"""The bench's own layout of a sequence on disk, which keeps all of it exactly.
+"""The native layout of a sequence on disk, which stores all of it exactly.
 
 A sequence is a folder::
 
     frames/000000.png   one lossless picture a frame, 0-based
-    truth.npz           arrays over the T frames: target, all vehicles, masks, cameras
+    truth/              target, vehicles, masks, cameras and events, see
+                        `simbench.datasets.truth_tables`
     sequence.json       everything else; written last, so a folder without it is
                         unfinished
-    depth/, flow/, ...  channels, where they were asked for, see
-                        `simbench.datasets.channels`
+    depth/, flow/, ...  channels, where requested, see `simbench.datasets.channels`
 
 Pictures are written one by one while they are made and read one by one when they are
-asked for; nothing holds them.
+used; none is kept in memory.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
-from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.trajectories import LaneChange, Vehicle
-from simbench.datasets.arrays import arrays_from_sequence, cameras_from, truth_from
 from simbench.datasets.channels import CHANNELS, channels_in, write_channels
 from simbench.datasets.frames import FrameFolder, frame_path, write_frame
+from simbench.datasets.truth_tables import read_truth, write_truth_tables
 
 __all__ = [
     "LAYOUT",
@@ -45,19 +39,32 @@ __all__ = [
     "write_sequence",
 ]
 
-LAYOUT = 1
+LAYOUT = 2
 """Version of the layout; a reader refuses any other."""
+
+_AS_STORED = (
+    "name",
+    "width",
+    "height",
+    "seed",
+    "digest",
+    "traffic_redraws",
+    "digests",
+    "made_with",
+    "scenario",
+)
+"""Fields of a `Sequence` that ``sequence.json`` holds unchanged."""
 
 
 def write_sequence(folder: Path, sequence: Sequence) -> None:
-    """Write a sequence; frames that stand in ``folder`` already are left alone.
+    """Write a sequence; frames already recorded in ``folder`` are left as they are.
 
     Parameters
     ----------
     folder : Path
-        Where to; made where missing. ``sequence.json`` is written last and whole.
+        Made where missing. ``sequence.json`` is written last and whole.
     sequence : Sequence
-        Its frames are written one at a time unless they are a `FrameFolder` on
+        Its frames are written one at a time unless they are a `FrameFolder` of
         this very folder.
 
     Raises
@@ -66,35 +73,28 @@ def write_sequence(folder: Path, sequence: Sequence) -> None:
         If a file cannot be written.
     """
     frames = sequence.frames
-    if isinstance(frames, FrameFolder) and frames.stands_in(folder):
-        times = frames.times_s
-    else:
-        times = np.array([_write(folder, i, frame) for i, frame in enumerate(frames)])
+    if not (isinstance(frames, FrameFolder) and frames.is_all_of(folder)):
+        for index, frame in enumerate(frames):
+            write_frame(folder, index, frame.image)
     try:
         write_channels(folder, sequence.channels)
-        with atomic_write(folder / "truth.npz") as temporary:
-            with temporary.open("wb") as file:
-                arrays = arrays_from_sequence(sequence) | {"times": times}
-                np.savez_compressed(file, **arrays)  # type: ignore[arg-type]  # names
+        write_truth_tables(sequence, folder / "truth")
         with atomic_write(folder / "sequence.json") as temporary:
-            text = json.dumps(_description(sequence), indent=1, allow_nan=False)
+            text = json.dumps(
+                _description(sequence), indent=1, allow_nan=False, default=dict
+            )
             temporary.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
         raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None
 
 
-def _write(folder: Path, index: int, frame: Frame) -> float:
-    write_frame(folder, index, frame.image)
-    return frame.time_s
-
-
 def is_finished(folder: Path) -> bool:
-    """Tell whether ``folder`` holds a sequence that was written to its end."""
+    """Tell whether ``folder`` holds a sequence that was written completely."""
     return (folder / "sequence.json").is_file()
 
 
 def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
-    """Read a sequence; its frames stay on disk until they are asked for.
+    """Read a sequence; its frames stay on disk until they are used.
 
     Parameters
     ----------
@@ -108,34 +108,33 @@ def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
     DatasetError
         If the folder holds no finished sequence of this layout, or one that
         contradicts itself.
+
+    Examples
+    --------
+    >>> import simbench, tempfile
+    >>> scenario = simbench.load_scenario("smoke").shortened(2)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = simbench.generate(scenario, 0, folder)
+    ...     sequence = simbench.read_sequence(folder)
+    ...     sequence.name, sequence.seed, sequence.frames[0].time_s
+    ('smoke', 0, 0.0)
     """
     folder = Path(folder)
     facts = _read_description(folder)
-    arrays = _read_arrays(folder / "truth.npz")
     try:
-        times = arrays["times"]
-        truth = truth_from(arrays, facts["occluders"], _vehicles(facts["vehicles"]))
+        vehicles = _vehicles(facts["vehicles"])
+        times, truth, cameras = read_truth(folder / "truth", vehicles)
         sequence = Sequence(
-            name=facts["name"],
+            **{name: facts[name] for name in _AS_STORED},
             frames=FrameFolder(folder, times, owner=owner),
             truth=truth,
-            width=facts["width"],
-            height=facts["height"],
-            seed=facts["seed"],
-            cameras=cameras_from(arrays),
+            cameras=cameras,
             lane_changes=tuple(LaneChange(**c) for c in facts["lane_changes"]),
             requested=_dials_from_json(facts["requested"]),
             achieved=_dials_from_json(facts["achieved"]),
-            scenario=facts["scenario"],
-            digest=facts["digest"],
-            traffic_redraws=facts["traffic_redraws"],
-            digests=dict(facts.get("digests", {})),
-            made_with=dict(facts.get("made_with", {})),
-            channels=channels_in(
-                folder, facts.get("channels", []), len(times), owner=owner
-            ),
+            channels=channels_in(folder, facts["channels"], len(times), owner=owner),
         )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
         raise DatasetError(f"{folder}: damaged sequence: {error!r}") from None
     _check(folder, sequence)
     return sequence
@@ -145,24 +144,13 @@ def _description(sequence: Sequence) -> dict[str, Any]:
     vehicles = sequence.truth.vehicles
     return {
         "layout": LAYOUT,
-        "name": sequence.name,
         "frames": len(sequence),
-        "width": sequence.width,
-        "height": sequence.height,
-        "seed": sequence.seed,
-        "digest": sequence.digest,
-        "traffic_redraws": sequence.traffic_redraws,
-        "digests": dict(sequence.digests),
-        "made_with": dict(sequence.made_with),
+        **{name: getattr(sequence, name) for name in _AS_STORED},
         "channels": [name for name in CHANNELS if name in sequence.channels],
         "requested": _dials_to_json(sequence.requested),
         "achieved": _dials_to_json(sequence.achieved),
-        "scenario": None if sequence.scenario is None else dict(sequence.scenario),
         "lane_changes": [asdict(change) for change in sequence.lane_changes],
-        "occluders": list(sequence.truth.occluders),
-        "vehicles": None
-        if vehicles is None
-        else [asdict(v) for v in vehicles.vehicles],
+        "vehicles": vehicles and [asdict(vehicle) for vehicle in vehicles.vehicles],
     }
 
 
@@ -172,32 +160,22 @@ def _read_description(folder: Path) -> dict[str, Any]:
         facts = json.loads(path.read_text(encoding="utf-8"))
     except OSError:
         raise DatasetError(
-            f"{folder}: wanted a finished sequence, found no readable sequence.json"
+            f"{folder}: expected a finished sequence, found no readable sequence.json"
         ) from None
     except ValueError as error:
         raise DatasetError(f"{path}: not valid JSON: {error}") from None
     found = facts.get("layout") if isinstance(facts, dict) else None
     if found != LAYOUT:
-        raise DatasetError(f"{path}: layout must be {LAYOUT}, got {found!r}")
+        is_older = isinstance(found, int) and found < LAYOUT
+        hint = " of an earlier version; generate the sequence again" if is_older else ""
+        raise DatasetError(f"{path}: layout: expected {LAYOUT}, got {found!r}{hint}")
     return dict(facts)
-
-
-def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise DatasetError(f"{path}: cannot read arrays: {error}") from None
 
 
 def _check(folder: Path, sequence: Sequence) -> None:
     count = len(sequence)
     if count == 0:
         raise DatasetError(f"{folder}: a sequence needs at least one frame, got none")
-    if len(sequence.truth.boxes) != count:
-        raise DatasetError(
-            f"{folder}: truth must hold {count} boxes, got {len(sequence.truth.boxes)}"
-        )
     missing = [i for i in range(count) if not frame_path(folder, i).is_file()]
     if missing:
         raise DatasetError(
@@ -219,7 +197,7 @@ def _vehicles(rows: list[dict[str, Any]] | None) -> tuple[Vehicle, ...] | None:
 
 
 def _dials_to_json(dials: Mapping[str, float]) -> dict[str, float | None]:
-    # JSON has no NaN: an unknown dial is null
+    """Return dials for JSON, which has no NaN: an unknown dial is null."""
     return {k: None if math.isnan(v) else float(v) for k, v in dials.items()}
 
 

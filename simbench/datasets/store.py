@@ -1,86 +1,186 @@
-"""Places that a data set can go to: a local folder, or whatever an fsspec URL names.
+"""Stores that hold a data set: a local folder, or whatever an fsspec URL names.
 
-Files are made on the local disk and then taken to the store, the one that says that the
-others are there last: object stores know no renaming, and need none this way.
+Files are made on the local disk and then moved to the store, the one that lists the
+others last: object stores cannot rename, and this way need not.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import os
-import secrets
 import shutil
+import threading
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Protocol
 
-from simbench.core.errors import DatasetError
-from simbench.datasets.remote_store import UrlStore
+import fsspec
+
+from simbench.core.atomic_write import atomic_write
+from simbench.core.errors import DatasetError, one_line
+from simbench.datasets.lease import LEASE, Lease
 from simbench.runtime.locks import locked
 
 __all__ = ["FolderStore", "Store", "open_store"]
 
 _LOCK = ".lock"
-_ARRIVING = ".arriving"
-
-
-class Store(Protocol):
-    """Where files go, by path relative to it, ``/`` between the parts.
-
-    What was taken or removed is so for good, whenever the machine dies. Every method
-    raises `DatasetError`, with one line that names the place.
-    """
-
-    @property
-    def is_private(self) -> bool:
-        """Whether no other process sees what this one puts there."""
-
-    @property
-    def address(self) -> str:
-        """What opens the same store from any working directory."""
-
-    def locked(self) -> contextlib.AbstractContextManager[None]:
-        """Keep other productions out while the block runs."""
-
-    def still_ours(self) -> None:
-        """Stop a production that has lost its claim."""
-
-    def names(self, folder: str) -> list[str]:
-        """Return the names of the files and folders in a folder, none if missing."""
-
-    def has(self, path: str) -> bool:
-        """Whether a file is there."""
-
-    def read(self, paths: Iterable[str]) -> list[bytes]:
-        """Return the content of files."""
-
-    def take(self, files: Mapping[str, Path]) -> None:
-        """Move local files to where they belong, in place of what stands there."""
-
-    def remove(self, paths: Iterable[str]) -> None:
-        """Remove files, and folders with all in them, as far as they are there."""
+_BUCKETS = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "adl", "oci", "oss", "r2"}
+"""Protocols whose folders are parts of names, where to make one is to make a bucket."""
 
 
 def open_store(place: str) -> Store:
     """Return the store that a path or URL names.
 
+    Parameters
+    ----------
+    place : str
+        Options of a URL go where fsspec looks for them: its configuration files, the
+        environment, or what the driver reads by itself.
+
     Raises
     ------
     DatasetError
-        If there is no driver for the URL, or it cannot be reached with what it says.
+        If there is no driver for the URL, or the driver cannot open it.
     """
     if "://" not in place and "::" not in place:
         return FolderStore(Path(place))
     if not all(link.partition("://")[0] for link in place.split("::")):
-        raise DatasetError(f"{place}: wanted a folder, or a URL like s3://bucket/set")
+        raise DatasetError(
+            f"{place}: expected a folder, or a URL like s3://bucket/dataset"
+        )
     if place.startswith(("file://", "local://")):
         return FolderStore(Path(place.partition("://")[2]))
-    return UrlStore(place)
+    try:
+        system, root = fsspec.core.url_to_fs(place)
+    except ImportError as error:
+        raise DatasetError(f"{place}: needs a driver: {one_line(error)}") from None
+    except Exception as error:  # each driver has its own
+        raise DatasetError(f"{place}: cannot be opened: {one_line(error)}") from None
+    return Store(place, system, str(root))
 
 
-class FolderStore:
+class Store:
+    """Files of a bucket, a server or this process's memory, by path below a root.
+
+    The parts of a path are separated by ``/``. Changes are permanent once a method
+    returns, even if the machine fails. Every method raises `DatasetError`, with one
+    line that names the place.
+
+    Parameters
+    ----------
+    address : str
+        Opens the same store from any working directory.
+    system : fsspec.AbstractFileSystem
+    root : str
+        Path of the root in that file system.
+    """
+
+    def __init__(
+        self, address: str, system: fsspec.AbstractFileSystem, root: str
+    ) -> None:
+        self.address = address
+        self._system = system
+        self._root = root.rstrip("/")
+        self._one_at_a_time = threading.RLock()  # few drivers are thread-safe
+        self._lease = Lease(self)
+        protocol = system.protocol
+        self._protocols = {protocol} if isinstance(protocol, str) else set(protocol)
+
+    def __str__(self) -> str:
+        """Return the path or URL."""
+        return self.address
+
+    @property
+    def is_private(self) -> bool:
+        """Whether no other process sees what this one puts there."""
+        return "memory" in self._protocols
+
+    def locked(self) -> contextlib.AbstractContextManager[None]:
+        """Refuse other productions while the block runs."""
+        return self._lease.held()
+
+    def check_lock(self) -> None:
+        """Raise an error if another production has taken the lock."""
+        self._lease.check()
+
+    def names(self, folder: str) -> list[str]:
+        """Return the names of the files and folders in a folder, none if missing.
+
+        Names that begin with a dot are left out, as is the lock.
+        """
+        path = self._full(folder)
+        with self._errors_in_one_line():
+            self._system.invalidate_cache()
+            try:
+                found = self._system.ls(path, detail=False)
+            except FileNotFoundError:
+                return []
+            except NotADirectoryError:
+                found = [path]
+            is_file = len(found) == 1 and self._system.isfile(path)
+        if is_file:
+            raise DatasetError(f"{self}: {path} is a file, expected a folder")
+        names = {PurePosixPath(one).name for one in found}
+        names -= {PurePosixPath(path).name, LEASE}
+        return sorted(name for name in names if not name.startswith("."))
+
+    def has(self, path: str) -> bool:
+        """Whether a file exists."""
+        with self._errors_in_one_line():
+            self._system.invalidate_cache()
+            return bool(self._system.exists(self._full(path)))
+
+    def read(self, paths: Iterable[str]) -> list[bytes]:
+        """Return the content of files."""
+        full = [self._full(path) for path in paths]
+        if not full:
+            return []
+        with self._errors_in_one_line():
+            found: list[bytes] = self._system.cat_ranges(
+                full, None, None, on_error="raise"
+            )
+        return found
+
+    def put(self, files: Mapping[str, Path]) -> None:
+        """Move local files to their paths in the store; existing ones are replaced."""
+        local = [str(file) for file in files.values()]
+        full = [self._full(path) for path in files]
+        with self._errors_in_one_line():
+            try:
+                self._system.put(local, full)
+            except FileNotFoundError:
+                if self._protocols & _BUCKETS:
+                    raise
+                for parent in {path.rpartition("/")[0] for path in full}:
+                    self._system.makedirs(parent, exist_ok=True)
+                self._system.put(local, full)
+        for file in files.values():
+            file.unlink()
+
+    def remove(self, paths: Iterable[str]) -> None:
+        """Remove files, and folders with all their content, as far as they exist."""
+        full = [self._full(path) for path in paths if self.has(path)]
+        if full:
+            with self._errors_in_one_line():  # rm takes names for patterns
+                self._system.rm([glob.escape(path) for path in full], recursive=True)
+
+    def _full(self, path: str) -> str:
+        return f"{self._root}/{path}" if path else self._root
+
+    @contextlib.contextmanager
+    def _errors_in_one_line(self) -> Iterator[None]:
+        with self._one_at_a_time:
+            try:
+                yield
+            except Exception as error:  # each driver has its own
+                raise DatasetError(f"{self}: {one_line(error)}") from None
+
+
+class FolderStore(Store):
     """A folder of this machine, or one that it shares with others.
+
+    Files are flushed to the disk and then renamed, so each is complete or missing.
 
     Parameters
     ----------
@@ -88,97 +188,71 @@ class FolderStore:
         Made when it is locked.
     """
 
-    is_private = False
-
     def __init__(self, path: Path) -> None:
+        address = str(path.absolute())
+        super().__init__(address, fsspec.filesystem("file"), address)
         self.path = path
 
     def __str__(self) -> str:
         """Return the path."""
         return str(self.path)
 
-    @property
-    def address(self) -> str:
-        """What opens the same store from any working directory."""
-        return str(self.path.absolute())
-
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep other productions out while the block runs."""
-        with self._told():
+        """Refuse other productions while the block runs."""
+        with self._errors_in_one_line():
             self.path.mkdir(parents=True, exist_ok=True)
         with locked(self.path / _LOCK):
-            shutil.rmtree(self.path / _ARRIVING, ignore_errors=True)
             yield
 
-    def still_ours(self) -> None:
-        """Do nothing: the system knows that the lock is held."""
-
-    def names(self, folder: str) -> list[str]:
-        """Return the names of the files and folders in a folder, none if missing."""
-        with self._told():
-            try:
-                found = [path.name for path in (self.path / folder).iterdir()]
-            except FileNotFoundError:
-                return []
-        return [name for name in found if not name.startswith(".")]
+    def check_lock(self) -> None:
+        """Do nothing: the system keeps the lock while the process lives."""
 
     def has(self, path: str) -> bool:
-        """Whether a file is there."""
+        """Whether a file exists."""
         return (self.path / path).is_file()
 
-    def read(self, paths: Iterable[str]) -> list[bytes]:
-        """Return the content of files."""
-        with self._told():
-            return [(self.path / path).read_bytes() for path in paths]
-
-    def take(self, files: Mapping[str, Path]) -> None:
-        """Move local files to where they belong, in place of what stands there."""
-        with self._told():
+    def put(self, files: Mapping[str, Path]) -> None:
+        """Move local files to their paths in the store; existing ones are replaced."""
+        with self._errors_in_one_line():
             for path, local in files.items():
-                there = self.path / path
-                there.parent.mkdir(parents=True, exist_ok=True)
+                full = self.path / path
+                full.parent.mkdir(parents=True, exist_ok=True)
                 _flush(local)
                 try:
-                    local.replace(there)
+                    local.replace(full)
                 except OSError as error:
                     if error.errno != errno.EXDEV:
                         raise
-                    self._copy(local, there)
+                    with atomic_write(full) as copy:
+                        shutil.copyfile(local, copy)
+                        _flush(copy)
+                    local.unlink()
             self._flush_folders(files)
 
     def remove(self, paths: Iterable[str]) -> None:
-        """Remove files and folders, and those that this empties."""
+        """Remove files and folders, and the folders that become empty."""
         removed = list(paths)
-        with self._told():
+        with self._errors_in_one_line():
             for path in removed:
-                there = self.path / path
-                if there.is_dir():
-                    shutil.rmtree(there)
+                full = self.path / path
+                if full.is_dir():
+                    shutil.rmtree(full)
                 else:
-                    there.unlink(missing_ok=True)
+                    full.unlink(missing_ok=True)
                 for parent in PurePosixPath(path).parents[:-1]:
-                    with contextlib.suppress(OSError):  # not empty, or gone
+                    with contextlib.suppress(OSError):  # not empty, or removed
                         (self.path / parent).rmdir()
             self._flush_folders(removed)
 
-    def _copy(self, local: Path, there: Path) -> None:
-        """Copy a file from another disk beside its place, and then put it there."""
-        beside = self.path / _ARRIVING / secrets.token_hex(8)
-        beside.parent.mkdir(exist_ok=True)
-        shutil.copyfile(local, beside)
-        _flush(beside)
-        beside.replace(there)
-        local.unlink()
-
     def _flush_folders(self, paths: Iterable[str]) -> None:
-        """Bring to the disk what the folders above files say is in them."""
+        """Flush the entries of all folders above some files to the disk."""
         for folder in {up for path in paths for up in PurePosixPath(path).parents}:
-            with contextlib.suppress(FileNotFoundError):  # empty_folder, and gone
+            with contextlib.suppress(FileNotFoundError):  # it was empty, and removed
                 _flush(self.path / folder)
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
+    def _errors_in_one_line(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:
@@ -187,7 +261,7 @@ class FolderStore:
 
 
 def _flush(path: Path) -> None:
-    """Bring a file, or what a folder says is in it, to the disk."""
+    """Flush a file, or the entries of a folder, to the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -5,60 +5,47 @@
     vehicles.parquet   a row a frame and vehicle: boxes, visibility, pose in 3D
     target.parquet     a row a frame: the same for the target, and what hides it
     cameras.parquet    a row a frame: K, R and t
+    masks.parquet      a row a frame and visible vehicle: its mask as run lengths
     events.parquet     a row an event: lane change, occlusion, absence, cut by the image
 
 Every column says its unit and meaning in the metadata of its Parquet field, see
-`COLUMNS`; the file's metadata holds the version of the tables and the sequence's name,
-seed and digest. Unknown and absent are null.
+`COLUMNS`; the file's metadata holds the version of the tables, the sequence's name,
+seed and digest, and which fields of a `VehicleTruth` are known. Unknown and absent are
+null.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.camera import Camera
 from simbench.core.errors import DatasetError
+from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence, Truth, VehicleTruth
-from simbench.datasets.frames import FrameFolder
-from simbench.datasets.truth_columns import COLUMNS, Column
+from simbench.core.trajectories import Vehicle
+from simbench.datasets.arrays import mask_arrays
+from simbench.datasets.frames import frame_times
+from simbench.datasets.truth_columns import COLUMNS, TARGET_COLUMNS, VEHICLE_COLUMNS
+from simbench.datasets.truth_events import event_rows
 
-__all__ = [
-    "COLUMNS",
-    "VERSION",
-    "TruthTables",
-    "read_truth_tables",
-    "write_truth_tables",
-]
+__all__ = ["COLUMNS", "VERSION", "read_truth", "write_truth_tables"]
 
 VERSION = 1
 """Version of the tables; a reader refuses any other."""
 
+_VERSION_KEY = "simbench.truth_tables"
+_KNOWN_KEY = "simbench.known_of_vehicles"
 Values = dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class TruthTables:
-    """The four tables of one sequence, with the columns of `COLUMNS`.
-
-    Attributes
-    ----------
-    vehicles, target, cameras, events : pandas.DataFrame
-        Null is NaN in columns of numbers.
-    """
-
-    vehicles: pd.DataFrame
-    target: pd.DataFrame
-    cameras: pd.DataFrame
-    events: pd.DataFrame
 
 
 def write_truth_tables(sequence: Sequence, folder: Path) -> None:
@@ -67,7 +54,7 @@ def write_truth_tables(sequence: Sequence, folder: Path) -> None:
     Parameters
     ----------
     sequence : Sequence
-        Where it lacks vehicles or cameras, their tables have no rows.
+        Where it lacks vehicles, masks or cameras, their tables have no rows.
     folder : Path
         Made where missing.
 
@@ -76,137 +63,208 @@ def write_truth_tables(sequence: Sequence, folder: Path) -> None:
     DatasetError
         If a file cannot be written.
     """
-    times = _times(sequence)
+    times, vehicles = frame_times(sequence.frames), sequence.truth.vehicles
     tables = {
-        "vehicles": _vehicles(sequence, times),
+        "vehicles": {} if vehicles is None else _vehicles(sequence, vehicles, times),
         "target": _target(sequence.truth, times),
         "cameras": _cameras(sequence, times),
+        "masks": {} if vehicles is None else _masks(vehicles),
         "events": _events(sequence, times),
     }
-    about = {
-        "simbench.truth_tables": str(VERSION),
-        "simbench.core.sequence": sequence.name,
+    metadata = {
+        _VERSION_KEY: str(VERSION),
+        _KNOWN_KEY: " ".join(_known_fields(vehicles)),
+        "simbench.sequence": sequence.name,
         "simbench.seed": "" if sequence.seed is None else str(sequence.seed),
         "simbench.digest": sequence.digest,
     }
     try:
         for name, values in tables.items():
             with atomic_write(folder / f"{name}.parquet") as temporary:
-                table = _table(COLUMNS[name], values, about)
-                pq.write_table(table, temporary, compression="zstd")
+                pq.write_table(
+                    _table(name, values, metadata), temporary, compression="zstd"
+                )
     except OSError as error:
         raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None
 
 
-def read_truth_tables(folder: Path) -> TruthTables:
-    """Read the tables that `write_truth_tables` wrote.
+def read_truth(
+    folder: Path, vehicles: tuple[Vehicle, ...] | None
+) -> tuple[NDArray[np.float64], Truth, tuple[Camera, ...]]:
+    """Read the truth that `write_truth_tables` wrote, bit by bit the same.
+
+    Parameters
+    ----------
+    folder : Path
+    vehicles : tuple of V Vehicle, or None
+        Of the sequence; None where it has the truth about its target only.
+
+    Returns
+    -------
+    times : (T,) float, s
+        Time of each frame.
+    truth : Truth
+    cameras : tuple of T Camera
+        Empty where unknown.
 
     Raises
     ------
     DatasetError
-        If one is missing, damaged or of another version.
+        If a table is missing, damaged or of another version.
+    LookupError, TypeError, ValueError
+        If a column is missing, or tables contradict each other.
     """
-    found = {name: _read(folder / f"{name}.parquet") for name in COLUMNS}
-    return TruthTables(**found)
+    columns = ["time_s", "occluder", *_names(TARGET_COLUMNS)]
+    target = _read(folder / "target.parquet", columns)
+    count = len(target)
+    truth = Truth(
+        **_arrays(target, TARGET_COLUMNS, (count,)),
+        occluders=tuple(target["occluder"].to_pylist()),
+        vehicles=None if vehicles is None else _read_vehicles(folder, vehicles, count),
+    )
+    return target["time_s"].to_numpy(), truth, _read_cameras(folder)
 
 
-def _read(path: Path) -> pd.DataFrame:
+def _read_vehicles(
+    folder: Path, vehicles: tuple[Vehicle, ...], count: int
+) -> VehicleTruth:
+    table = _read(folder / "vehicles.parquet", ["id", *_names(VEHICLE_COLUMNS)])
+    known = table.schema.metadata[_KNOWN_KEY.encode()].decode().split()
+    columns = {name: VEHICLE_COLUMNS[name] for name in known if name != "masks"}
+    return VehicleTruth(
+        vehicles=vehicles,
+        ids=table["id"].to_numpy()[: len(vehicles)],
+        masks=_read_masks(folder, count) if "masks" in known else (),
+        **_arrays(table, columns, (count, len(vehicles))),
+    )
+
+
+def _read_masks(folder: Path, count: int) -> tuple[Mapping[int, Mask], ...]:
+    masks: list[dict[int, Mask]] = [{} for _ in range(count)]
+    names = ("frame", "id", "height_px", "width_px")
+    for batch in _read(folder / "masks.parquet").to_batches():
+        runs = batch["counts"].values.to_numpy()
+        bounds = pairwise(batch["counts"].offsets.to_numpy().tolist())
+        rows = zip(*(batch[name].to_pylist() for name in names), bounds, strict=True)
+        for frame, identity, height, width, (first, end) in rows:
+            masks[frame][identity] = Mask(runs[first:end], height, width)
+    return tuple(masks)
+
+
+def _read_cameras(folder: Path) -> tuple[Camera, ...]:
+    table = _read(folder / "cameras.parquet")
+    matrices, rotations, translations = (
+        table[name].combine_chunks().flatten().to_numpy().reshape(-1, 3, columns)
+        for name, columns in (("matrix_px", 3), ("rotation", 3), ("translation_m", 1))
+    )
+    sizes = (table[name].to_pylist() for name in ("width_px", "height_px"))
+    rows = zip(matrices, rotations, translations[..., 0], *sizes, strict=True)
+    return tuple(Camera(*row) for row in rows)
+
+
+def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
     try:
-        table = pq.read_table(path)
+        table = pq.ParquetFile(path).read(columns)
     except FileNotFoundError:
         raise DatasetError(f"{path}: no such truth table") from None
     except (OSError, pa.ArrowException) as error:
-        said = str(error).partition("\n")[0]
-        raise DatasetError(f"{path}: not a readable table: {said}") from None
-    found = (table.schema.metadata or {}).get(b"simbench.truth_tables", b"").decode()
+        first_line = str(error).partition("\n")[0]
+        raise DatasetError(f"{path}: not a readable table: {first_line}") from None
+    found = (table.schema.metadata or {}).get(_VERSION_KEY.encode(), b"").decode()
     if found != str(VERSION):
         raise DatasetError(
             f"{path}: truth tables must be of version {VERSION}, got {found or 'none'}"
         )
-    frame: pd.DataFrame = table.to_pandas()
-    return frame
+    return table
 
 
-def _table(
-    columns: tuple[Column, ...], values: Values, about: Mapping[str, str]
-) -> pa.Table:
-    fields = [
-        pa.field(c.name, c.type, metadata={"unit": c.unit, "meaning": c.meaning})
-        for c in columns
-    ]
-    # from_pandas: NaN becomes null
-    arrays = [pa.array(values[c.name], c.type, from_pandas=True) for c in columns]
-    return pa.table(arrays, schema=pa.schema(fields, metadata=dict(about)))
+def _names(columns: Mapping[str, Iterable[str]]) -> list[str]:
+    return [name for names in columns.values() for name in names]
 
 
-def _times(sequence: Sequence) -> NDArray[np.float64]:
-    frames = sequence.frames
-    if isinstance(frames, FrameFolder):
-        return frames.times_s  # without reading pictures
-    return np.array([frame.time_s for frame in frames])
+def _arrays(
+    table: pa.Table, columns: Mapping[str, tuple[str, ...]], shape: tuple[int, ...]
+) -> dict[str, NDArray[Any]]:
+    """Return arrays by field; null is NaN."""
+    arrays = {}
+    for field, names in columns.items():
+        parts = [table[name].to_numpy() for name in names]
+        one = len(parts) == 1
+        array = parts[0] if one else np.stack(parts, axis=-1)
+        arrays[field] = array.reshape(shape if one else (*shape, len(parts)))
+    return arrays
 
 
-def _vehicles(sequence: Sequence, times: NDArray[np.float64]) -> Values:
-    truth = sequence.truth.vehicles
-    if truth is None:
-        return {column.name: [] for column in COLUMNS["vehicles"]}
+def _table(name: str, values: Values, metadata: Mapping[str, str]) -> pa.Table:
+    """Return a table; columns without values are null."""
+    rows = max(map(len, values.values()), default=0)
+    fields, arrays = [], []
+    for column, kind, unit, meaning in COLUMNS[name]:
+        about = {"unit": unit, "meaning": meaning}
+        fields.append(pa.field(column, kind, metadata=about))
+        cells = values.get(column, [None] * rows)
+        arrays.append(pa.array(cells, kind, from_pandas=True))  # NaN becomes null
+    return pa.table(arrays, schema=pa.schema(fields, metadata=dict(metadata)))
+
+
+def _known_fields(vehicles: VehicleTruth | None) -> list[str]:
+    if vehicles is None:
+        return []
+    known = [n for n in VEHICLE_COLUMNS if getattr(vehicles, n) is not None]
+    return [*known, "masks"] if vehicles.masks else known
+
+
+def _vehicles(
+    sequence: Sequence, truth: VehicleTruth, times: NDArray[np.float64]
+) -> Values:
     count, each = len(times), truth.vehicles
-    rows = count * len(each)
-
-    def by_vehicle(values: list[Any]) -> list[Any]:
-        return values * count
-
-    def flat(values: NDArray[Any] | None) -> NDArray[Any]:
-        return np.full(rows, np.nan) if values is None else values.reshape(rows)
-
+    is_target = [vehicle.name == "target" for vehicle in each]
+    constants = {
+        "vehicle": [v.name for v in each],
+        "id": truth.ids.tolist(),
+        "class": [v.vehicle_class for v in each],
+        "is_target": is_target,
+        "length_m": [v.length for v in each],
+        "width_m": [v.width for v in each],
+        "height_m": [v.height for v in each],
+        "colour": ["#{:02x}{:02x}{:02x}".format(*v.colour) for v in each],
+    }
+    if truth.visible_fraction is None:  # of the others: that of the target is known
+        fractions = np.full(truth.visible_px.shape, np.nan)
+        fractions[:, is_target] = sequence.truth.visible_fraction[:, None]
+        truth = replace(truth, visible_fraction=fractions)
+    boxes = truth.boxes.reshape(-1, 4)
+    ends = boxes[:, :2] + boxes[:, 2:]
+    beyond = (boxes[:, :2] < 0.0) | (ends > [sequence.width, sequence.height])
     return {
         "frame": np.repeat(np.arange(count), len(each)),
         "time_s": np.repeat(times, len(each)),
-        "vehicle": by_vehicle([v.name for v in each]),
-        "id": by_vehicle(truth.ids.tolist()),
-        "class": by_vehicle([v.vehicle_class for v in each]),
-        "is_target": by_vehicle([v.name == "target" for v in each]),
-        **_box("box", truth.boxes.reshape(rows, 4)),
-        **_box("visible", truth.visible_boxes.reshape(rows, 4)),
-        "visible_px": flat(truth.visible_px),
-        "visible_fraction": _fractions(sequence.truth, truth).reshape(rows),
-        "absent": np.isnan(truth.boxes[..., 0]).reshape(rows),
-        "cut_by_image": _is_cut(truth.boxes, sequence).reshape(rows),
-        "depth_m": flat(truth.depths),
-        **_each("xyz", "_m", truth.positions.reshape(rows, 3)),
-        "heading_rad": flat(truth.headings),
-        "pitch_rad": flat(truth.pitches),
-        "speed_mps": flat(truth.speeds),
-        "length_m": by_vehicle([v.length for v in each]),
-        "width_m": by_vehicle([v.width for v in each]),
-        "height_m": by_vehicle([v.height for v in each]),
-        "colour": by_vehicle(["#{:02x}{:02x}{:02x}".format(*v.colour) for v in each]),
+        **{name: values * count for name, values in constants.items()},
+        **_values(truth, VEHICLE_COLUMNS),
+        "absent": np.isnan(boxes[:, 0]),
+        "cut_by_image": beyond.any(axis=1),
     }
-
-
-def _fractions(target: Truth, truth: VehicleTruth) -> NDArray[np.float64]:
-    """Return (T, V) visible fractions; the target's is known where others' are not."""
-    if truth.visible_fraction is not None:
-        return truth.visible_fraction
-    known = np.full(truth.visible_px.shape, np.nan)
-    for index, vehicle in enumerate(truth.vehicles):
-        if vehicle.name == "target":
-            known[:, index] = target.visible_fraction
-    return known
 
 
 def _target(truth: Truth, times: NDArray[np.float64]) -> Values:
     return {
         "frame": np.arange(len(times)),
         "time_s": times,
-        **_box("box", truth.boxes),
-        **_box("visible", truth.visible_boxes),
-        "visible_fraction": truth.visible_fraction,
-        "absent": truth.absent,
-        "cut_by_image": truth.cut_by_image,
-        "displacement_px": truth.displacement_px,
-        "occluder": list(truth.occluders),
+        **_values(truth, TARGET_COLUMNS),
+        "occluder": truth.occluders,
     }
+
+
+def _values(
+    truth: Truth | VehicleTruth, columns: Mapping[str, tuple[str, ...]]
+) -> Values:
+    """Return the values of the columns that hold arrays, as far as these are known."""
+    values: Values = {}
+    for field, names in columns.items():
+        array = getattr(truth, field)
+        if array is not None:
+            values |= dict(zip(names, array.reshape(-1, len(names)).T, strict=True))
+    return values
 
 
 def _cameras(sequence: Sequence, times: NDArray[np.float64]) -> Values:
@@ -222,91 +280,15 @@ def _cameras(sequence: Sequence, times: NDArray[np.float64]) -> Values:
     }
 
 
+def _masks(vehicles: VehicleTruth) -> Values:
+    arrays = mask_arrays(vehicles)
+    names = ("frame", "id", "height_px", "width_px")
+    counts = pa.ListArray.from_arrays(
+        arrays["bounds"].astype(np.int32), arrays["counts"]
+    )
+    return {**dict(zip(names, arrays["of"].T, strict=True)), "counts": counts}
+
+
 def _events(sequence: Sequence, times: NDArray[np.float64]) -> Values:
-    rows = [
-        *_lane_changes(sequence, times),
-        *_runs_of_target(sequence.truth),
-        *_runs_of_others(sequence),
-    ]
-    for row in rows:
-        if row["first_frame"] is not None:
-            row.setdefault("start_s", float(times[row["first_frame"]]))
-            row.setdefault("end_s", float(times[row["last_frame"]]))
-    rows.sort(key=lambda row: (row["start_s"], row["kind"], row["vehicle"]))
+    rows = event_rows(sequence, times)
     return {c.name: [row.get(c.name) for row in rows] for c in COLUMNS["events"]}
-
-
-def _lane_changes(sequence: Sequence, times: NDArray[np.float64]) -> Iterator[Values]:
-    for change in sequence.lane_changes:
-        within = np.flatnonzero((times >= change.start_s) & (times <= change.end_s))
-        yield {
-            "kind": "lane_change",
-            "vehicle": change.vehicle,
-            "first_frame": int(within[0]) if len(within) else None,
-            "last_frame": int(within[-1]) if len(within) else None,
-            "start_s": change.start_s,
-            "end_s": change.end_s,
-            "from_lane": change.from_lane,
-            "to_lane": change.to_lane,
-        }
-
-
-def _runs_of_target(truth: Truth) -> Iterator[Values]:
-    hidden = 1.0 - truth.visible_fraction
-    for first, last in _runs(~truth.absent & (hidden > 0.0)):
-        peak = first + int(np.argmax(hidden[first : last + 1]))
-        yield _run("occlusion", "target", first, last) | {
-            "hidden_peak": float(hidden[peak]),
-            "occluder": truth.occluders[peak],
-        }
-    for kind, flags in (("absence", truth.absent), ("cut", truth.cut_by_image)):
-        for first, last in _runs(flags):
-            yield _run(kind, "target", first, last)
-
-
-def _runs_of_others(sequence: Sequence) -> Iterator[Values]:
-    """Yield the occlusions of the other vehicles, where their visibility is known."""
-    truth = sequence.truth.vehicles
-    if truth is None or truth.visible_fraction is None:
-        return
-    absent = np.isnan(truth.boxes[..., 0])
-    for index, vehicle in enumerate(truth.vehicles):
-        if vehicle.name == "target":
-            continue
-        hidden = 1.0 - truth.visible_fraction[:, index]
-        for first, last in _runs(~absent[:, index] & (hidden > 0.0)):
-            peak = {"hidden_peak": float(hidden[first : last + 1].max())}
-            yield _run("occlusion", vehicle.name, first, last) | peak
-
-
-def _run(kind: str, vehicle: str, first: int, last: int) -> Values:
-    return {
-        "kind": kind,
-        "vehicle": vehicle,
-        "first_frame": first,
-        "last_frame": last,
-    }
-
-
-def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last index of each run of true values."""
-    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
-    firsts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    yield from zip(firsts.tolist(), (ends - 1).tolist(), strict=True)
-
-
-def _box(name: str, boxes: NDArray[np.float64]) -> Values:
-    parts = ("left", "top", "width", "height")
-    return {f"{name}_{part}_px": boxes[:, i] for i, part in enumerate(parts)}
-
-
-def _each(axes: str, unit: str, values: NDArray[np.float64]) -> Values:
-    return {f"{axis}{unit}": values[:, i] for i, axis in enumerate(axes)}
-
-
-def _is_cut(boxes: NDArray[np.float64], sequence: Sequence) -> NDArray[np.bool_]:
-    """Whether a box reaches beyond the picture; NaN compares false."""
-    far = boxes[..., :2] + boxes[..., 2:]
-    size = [sequence.width, sequence.height]
-    cut: NDArray[np.bool_] = np.any((boxes[..., :2] < 0.0) | (far > size), axis=-1)
-    return cut

@@ -1,12 +1,12 @@
-"""The baseline of the regression gate: what was reached, how it spread, and why.
+"""Baseline of the regression gate: mean and spread of the scores, and their reason.
 
-The tolerance comes from the spread over seeds. On one machine the same code gives the
-same numbers to the bit. On another, float noise may flip a resampling draw, after
-which a particle filter goes its own way: for the mean over n seeds that is like new
-draws of the tracker on the same sequences, whose spread is at most that over seeds,
+The tolerance is derived from the spread over seeds. On one machine the same code gives
+bit-identical numbers. On another, float rounding may change one resampling step, after
+which a particle filter takes another course: for the mean over n seeds that is like new
+samples of the tracker on the same sequences, whose spread is at most that over seeds,
 ``sd``. The difference of two such means has a standard deviation of at most
 ``sqrt(2) sd / sqrt(n)``; the tolerance is about twice that, ``3 sd / sqrt(n)``, plus a
-floor for seeds that happen to agree: 0.02 for shares, 2 % for particle usage.
+minimum for seeds that happen to agree: 0.02 for shares, 2 % for particle usage.
 """
 
 from __future__ import annotations
@@ -27,27 +27,19 @@ from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics import GROUP, seed_means, spread
 
-__all__ = [
-    "HIGHER_IS_BETTER",
-    "MEASURES",
-    "USAGE",
-    "Baseline",
-    "BaselineRow",
-    "summarised",
-]
+__all__ = ["MEASURES", "USAGE", "Baseline", "BaselineRow", "baseline_rows"]
 
-HIGHER_IS_BETTER: Final = ("precision_20", "success_50")
 USAGE: Final = "particles_mean"
-MEASURES: Final = (*HIGHER_IS_BETTER, USAGE)
+MEASURES: Final = ("precision_20", "success_50", USAGE)
 
 _STANDARD_ERRORS: Final = 3.0
-_SHARE_FLOOR: Final = 0.02
-_USAGE_FLOOR: Final = 0.02  # of the baseline
+_MIN_SHARE_TOLERANCE: Final = 0.02
+_MIN_USAGE_TOLERANCE: Final = 0.02  # of the baseline
 
 
 @dataclass(frozen=True, slots=True)
 class BaselineRow:
-    """What one tracker reached on one scenario when the baseline was made.
+    """Scores of one tracker on one scenario when the baseline was made.
 
     Attributes
     ----------
@@ -74,25 +66,25 @@ class BaselineRow:
         return self.scenario, self.variant, self.tracker
 
     def tolerance(self, measure: str) -> float:
-        """Return how far the mean may move without being called a change."""
+        """Return the difference of the mean up to which it counts as unchanged."""
         noise = _STANDARD_ERRORS * self.sd[measure] / math.sqrt(len(self.seeds))
         if measure == USAGE:
-            return noise + _USAGE_FLOOR * abs(self.mean[measure])
-        return noise + _SHARE_FLOOR
+            return noise + _MIN_USAGE_TOLERANCE * abs(self.mean[measure])
+        return noise + _MIN_SHARE_TOLERANCE
 
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """The numbers that later versions are held against.
+    """The scores that those of later versions are compared with.
 
     Attributes
     ----------
     reason : str
-        Why these numbers replaced the ones before.
+        Why these numbers replaced the previous ones.
     versions : mapping from str to str
-        Of simbench and what it stands on.
+        Of simbench and its dependencies.
     settings : mapping
-        What was run, as plain data: enough to run the same again.
+        Settings of the run, as plain data: enough to repeat it.
     rows : list of BaselineRow
         In order of scenario and tracker.
     """
@@ -111,36 +103,36 @@ class Baseline:
         versions: Mapping[str, str],
         settings: Mapping[str, Any],
     ) -> Baseline:
-        """Make a baseline of runs, all of which must have ended.
+        """Make a baseline from runs, all of which must have status ``ok``.
 
         Raises
         ------
         DatasetError
-            If no reason is given, a run failed, a row has fewer than two seeds (there
-            is no spread then), or a measure has no value.
+            If no reason is given, a run failed, a row has fewer than two seeds (and
+            so no spread), or a measure has no value.
         """
         if not reason.strip():
-            raise DatasetError("a new baseline must state its reason, got none")
+            raise DatasetError("baseline: expected a reason, got none")
         failed = scores.runs[scores.runs["status"] != "ok"]
         if len(failed):
             run = failed.iloc[0]
             raise DatasetError(
-                f"a baseline must be of runs that ended, got {run['tracker']} on "
+                f"baseline: expected runs without failure, got {run['tracker']} on "
                 f"{run['scenario']}, seed {run['seed']}: {run['reason']}"
             )
-        rows = summarised(scores.runs)
+        rows = baseline_rows(scores.runs)
         for row in rows:
             _require_spread(row)
         return cls(reason.strip(), dict(versions), dict(settings), rows)
 
     @classmethod
     def read(cls, path: Path) -> Baseline:
-        """Read what `write` wrote.
+        """Read a baseline that `write` wrote.
 
         Raises
         ------
         DatasetError
-            If it is missing, not JSON, or not a baseline, or a row lacks something.
+            If it is missing, not JSON, or not a baseline, or a row is inconsistent.
         """
         try:
             baseline = pydantic.TypeAdapter(cls).validate_json(path.read_bytes())
@@ -153,15 +145,15 @@ class Baseline:
             place = ".".join(map(str, first["loc"])) or "the file"
             raise DatasetError(f"{path}: {place}: {first['msg']}") from error
         for row in baseline.rows:
-            if (fault := _fault(row)) is not None:
+            if fault := _fault(row):
                 where = f"{row.tracker} on {row.scenario}"
-                raise DatasetError(f"{path}: {where} must have {fault}")
+                raise DatasetError(f"{path}: {where}: expected {fault}")
         return baseline
 
     def with_rows_of(self, earlier: Baseline) -> Baseline:
-        """Return this baseline with the rows of an earlier one that it lacks.
+        """Return this baseline plus the rows that only an earlier one has.
 
-        Reason and versions stay those of this one.
+        Reason and versions are those of this baseline.
         """
         rows = {row.name: row for row in (*earlier.rows, *self.rows)}
         scenarios = list(dict.fromkeys(name[:2] for name in rows))
@@ -169,25 +161,20 @@ class Baseline:
         return dataclasses.replace(self, rows=[rows[name] for name in ordered])
 
     def write(self, path: Path) -> None:
-        """Write the baseline as JSON, whole: under another name first, then renamed.
+        """Write the baseline as JSON, atomically.
 
         Raises
         ------
         DatasetError
-            If the place cannot be written to.
+            If the file cannot be written.
         """
         text = json.dumps(dataclasses.asdict(self), indent=2, allow_nan=False)
-        try:
-            with atomic_write(path) as partial:
-                partial.write_text(text + "\n")
-        except OSError as error:
-            raise DatasetError(
-                f"{path}: cannot be written: {error.strerror}"
-            ) from error
+        with atomic_write(path) as temporary:
+            temporary.write_text(text + "\n")
 
 
-def summarised(runs: pd.DataFrame) -> list[BaselineRow]:
-    """Return the rows that runs amount to, by scenario, variant and tracker.
+def baseline_rows(runs: pd.DataFrame) -> list[BaselineRow]:
+    """Summarise runs as rows of a baseline, by scenario, variant and tracker.
 
     Parameters
     ----------
@@ -202,45 +189,42 @@ def summarised(runs: pd.DataFrame) -> list[BaselineRow]:
     by_seed = seed_means(runs, MEASURES)
     groups = runs.groupby(list(GROUP), sort=False)
     rows = []
-    for name, seeds in by_seed.groupby(list(GROUP), sort=False):
+    for name, scores in by_seed.groupby(list(GROUP), sort=False):
         digests = groups.get_group(name).groupby("seed")["digest"].max()
-        over = {measure: spread(seeds[measure]) for measure in MEASURES}
+        spreads = {measure: spread(scores[measure]) for measure in MEASURES}
         scenario, variant, tracker = map(str, name)
-        rows.append(
-            BaselineRow(
-                scenario=scenario,
-                variant=variant,
-                tracker=tracker,
-                seeds=digests.index.astype(int).tolist(),
-                digests=digests.tolist(),
-                mean={measure: one.mean for measure, one in over.items()},
-                sd={measure: one.sd for measure, one in over.items()},
-            )
+        row = BaselineRow(
+            scenario,
+            variant,
+            tracker,
+            seeds=digests.index.astype(int).tolist(),
+            digests=digests.tolist(),
+            mean={measure: each.mean for measure, each in spreads.items()},
+            sd={measure: each.sd for measure, each in spreads.items()},
         )
+        rows.append(row)
     return rows
 
 
-def _fault(row: BaselineRow) -> str | None:
-    """Return what a row that was read should have and has not."""
+def _fault(row: BaselineRow) -> str:
+    """Return what a row that was read lacks, empty if it is consistent."""
     if not row.seeds:
-        return "at least one seed, has none"
+        return "at least one seed, got none"
     if len(row.digests) != len(row.seeds):
-        return f"a digest for each of {len(row.seeds)} seeds, has {len(row.digests)}"
-    for measure in MEASURES:
-        if measure not in row.mean or measure not in row.sd:
-            return f"{measure}, has none"
-    return None
+        return f"a digest for each of {len(row.seeds)} seeds, got {len(row.digests)}"
+    lacking = [name for name in MEASURES if name not in row.mean.keys() & row.sd.keys()]
+    return f"{lacking[0]}, got none" if lacking else ""
 
 
 def _require_spread(row: BaselineRow) -> None:
     where = f"{row.tracker} on {row.scenario}"
     if len(row.seeds) < 2:
         raise DatasetError(
-            "a baseline needs at least 2 seeds for its tolerance, "
+            "baseline: expected at least 2 seeds for the tolerance, "
             f"got {len(row.seeds)} for {where}"
         )
     for measure in MEASURES:
         if not math.isfinite(row.sd[measure]):
             raise DatasetError(
-                f"a baseline needs {measure} on every seed, got none for {where}"
+                f"baseline: expected {measure} on every seed, got none for {where}"
             )

@@ -1,10 +1,10 @@
-"""Breaking points: where, as a dial is turned, success falls to one half.
+"""Breaking points: values of a dial at which success falls to one half.
 
-Success at 0.5 is a share of frames, so its mean over a dial is modelled as a logistic
-curve and fitted by maximum quasi-likelihood (the fractional logit of Papke and
-Wooldridge): consistent wherever the mean is right, whatever the spread of the shares,
-and at home with shares of exactly 0 and 1. The curve may rise or fall: the more is
-hidden the harder, but the more contrast the easier.
+Success at 0.5 is a share of frames, so its mean as a function of the dial is modelled
+as a logistic curve and fitted by maximum quasi-likelihood (the fractional logit of
+Papke and Wooldridge): consistent if the mean is modelled correctly, whatever the
+distribution of the shares, and valid for shares of exactly 0 and 1. The curve may rise
+or fall: more occlusion is harder, but more contrast is easier.
 
 References
 ----------
@@ -22,16 +22,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
-from simbench.evaluation.statistics import expanded_levels, seed_draws
+from simbench.evaluation.statistics import bootstrap_counts, expanded_levels
 
 __all__ = ["BreakingPoint", "breaking_point", "fit_logistic"]
 
 State = Literal["within", "beyond", "below"]
 Floats = NDArray[np.float64]
 
-# Holds the slope of data that a step separates, whose likelihood has no maximum, to
-# the order of 100 over the range of the dial: a fall from 0.9 to 0.1 over some 4 % of
-# it. On other data it is lost in the fourth digit.
+# For data that a step separates, whose likelihood has no maximum, it limits the slope
+# to the order of 100 over the range of the dial: a fall from 0.9 to 0.1 over some 4 %
+# of it. On other data its effect is in the fourth digit.
 _PENALTY: Final = 1e-5
 _STEPS: Final = 60
 _HALVINGS: Final = 20
@@ -41,25 +41,25 @@ _TINY: Final = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class BreakingPoint:
-    """Where success falls to one half, and how well that is known.
+    """Value of a dial at which success falls to one half, with its interval.
 
     Attributes
     ----------
     state : {"within", "beyond", "below"}
-        Whether it is within the range of the dial; ``beyond`` where success stays
-        above one half all over it, ``below`` where it stays below.
+        Whether it is within the range of the dial; ``beyond`` if success is above one
+        half over the whole range, ``below`` if it is below.
     value : float
         Value of the dial; NaN unless ``within``.
     low, high : float
-        Bootstrap interval over seeds; infinite where it leaves the range, since a
-        curve says nothing of where nothing was measured. NaN for fewer than two
-        seeds. The steps of the dial are no part of it: where all seeds fall between
-        the same two values it is narrow, yet the fall may lie anywhere between them.
+        Bootstrap interval over seeds; infinite where it leaves the range, since the
+        curve is not extrapolated. NaN for fewer than two seeds. It does not include
+        the step size of the dial: if all seeds fall between the same two values it is
+        narrow, although the fall may be anywhere between them.
     range_low, range_high : float
-        Least and greatest value of the dial.
+        Minimum and maximum value of the dial.
     intercept, slope : float
-        The curve: ``1 / (1 + exp(-(intercept + slope * dial)))``. NaN where all
-        shares are 0, or all 1.
+        The curve: ``1 / (1 + exp(-(intercept + slope * dial)))``. NaN if all shares
+        are 0, or all 1.
     seeds : int
     """
 
@@ -82,7 +82,7 @@ def breaking_point(
     *,
     is_harder_upwards: bool = True,
     level: float = 0.95,
-    draws: int = 1000,
+    samples: int = 1000,
 ) -> BreakingPoint:
     """Fit a logistic curve and return where it crosses one half.
 
@@ -93,16 +93,16 @@ def breaking_point(
     success : (n,) float, in [0, 1]
         Share of its frames with success.
     seeds : (n,) int
-        Seed of the sequence. Whole seeds are drawn in the bootstrap: traffic and
-        looks are the same at every value of the dial.
+        Seed of the sequence. The bootstrap resamples whole seeds: traffic and
+        appearance are the same at every value of the dial.
     rng : numpy.random.Generator
     is_harder_upwards : bool
-        At which end of the range a draw ends the interval that does not cross within.
-        The curve itself may rise or fall.
+        End of the range to which a bootstrap sample counts whose curve does not cross
+        one half within it. The curve itself may rise or fall.
     level : float, in (0, 1)
         Coverage of the interval, at the quantiles of
         `simbench.evaluation.statistics.expanded_levels`.
-    draws : int
+    samples : int
         Bootstrap samples.
 
     Examples
@@ -121,9 +121,9 @@ def breaking_point(
     intercept, slope = line[0] if np.isfinite(line).all() else (np.nan, np.nan)
     low = high = float("nan")
     if len(names) > 1:
-        # few seeds can be drawn in few ways: each is fitted once
+        # few seeds give few distinct samples: each is fitted once
         counts, turns = np.unique(
-            seed_draws(len(names), draws, rng), axis=0, return_counts=True
+            bootstrap_counts(len(names), samples, rng), axis=0, return_counts=True
         )
         lines = fit_logistic(dial, success, counts[:, place].astype(np.float64))
         found = _crossings(lines, ends)
@@ -132,7 +132,7 @@ def breaking_point(
         low, high = np.quantile(
             np.repeat(found, turns),
             expanded_levels(len(names), level),
-            method="inverted_cdf",  # between two numbers, one infinite, is nothing
+            method="inverted_cdf",  # no interpolation with infinite values
         ).tolist()
     return BreakingPoint(
         state="within" if np.isfinite(at) else "beyond" if at > 0 else "below",
@@ -148,19 +148,19 @@ def breaking_point(
 
 
 def fit_logistic(dial: Floats, success: Floats, weights: Floats) -> Floats:
-    """Fit logistic curves to the same shares under several weightings.
+    """Fit logistic curves to the same shares with several sets of weights.
 
     Parameters
     ----------
     dial, success : (n,) float
         As for `breaking_point`.
     weights : (r, n) float
-        How often each share counts; not all 0.
+        Weight of each share; not all 0.
 
     Returns
     -------
     (r, 2) float
-        Intercept and slope. Where all shares are 1 or all 0 the likelihood has no
+        Intercept and slope. If all shares are 1 or all 0 the likelihood has no
         maximum: the intercept is infinite and the slope 0.
     """
     middle = 0.5 * float(dial.min() + dial.max())
@@ -168,14 +168,14 @@ def fit_logistic(dial: Floats, success: Floats, weights: Floats) -> Floats:
     means = weights @ success / weights.sum(axis=1)
     lines = np.stack([logit(means), np.zeros(len(weights))], axis=1)
     mixed = np.isfinite(lines[:, 0])
-    lines[mixed] = _climb(
+    lines[mixed] = _maximise(
         (dial - middle) / extent, success, weights[mixed], lines[mixed]
     )
     slopes = lines[:, 1] / extent
     return np.stack([lines[:, 0] - slopes * middle, slopes], axis=1)
 
 
-def _climb(dial: Floats, success: Floats, weights: Floats, lines: Floats) -> Floats:
+def _maximise(dial: Floats, success: Floats, weights: Floats, lines: Floats) -> Floats:
     """Return the maxima of the penalised quasi-likelihoods, by Newton's method."""
     heights = _likelihood(lines, dial, success, weights)
     for _ in range(_STEPS):
@@ -190,7 +190,7 @@ def _climb(dial: Floats, success: Floats, weights: Floats, lines: Floats) -> Flo
         curvatures[:, 0, 1] = curvatures[:, 1, 0] = spread @ dial
         curvatures[:, 1, 1] = spread @ dial**2 + _PENALTY
         steps = np.linalg.solve(curvatures, slopes[:, :, None])[:, :, 0]
-        for _ in range(_HALVINGS):  # a full step may overshoot: then half of it
+        for _ in range(_HALVINGS):  # halve a step that overshoots
             tried = _likelihood(lines + steps, dial, success, weights)
             worse = tried < heights - _CLOSE
             if not worse.any():
@@ -206,7 +206,7 @@ def _climb(dial: Floats, success: Floats, weights: Floats, lines: Floats) -> Flo
 def _likelihood(
     lines: Floats, dial: Floats, success: Floats, weights: Floats
 ) -> Floats:
-    """Return the quasi-log-likelihoods, less what holds the slope."""
+    """Return the quasi-log-likelihoods minus the penalty on the slope."""
     odds = lines[:, :1] + lines[:, 1:] * dial
     likelihoods: Floats = (weights * (success * odds - np.logaddexp(0.0, odds))).sum(
         axis=1
@@ -215,12 +215,12 @@ def _likelihood(
 
 
 def _crossings(lines: Floats, ends: tuple[float, float]) -> Floats:
-    """Return where curves cross one half within the ends.
+    """Return the values at which curves cross one half within the ends.
 
-    Infinite where they do not: positive for curves that stay above, else negative.
+    Infinite for curves that do not: positive if above one half, else negative.
     """
     odds = lines[:, :1] + lines[:, 1:] * np.array(ends)
-    is_above = odds >= -_CLOSE  # a curve that lies on one half has not fallen below it
+    is_above = odds >= -_CLOSE  # exactly one half is not below it
     crosses = is_above[:, 0] != is_above[:, 1]
     found = np.where(is_above.all(axis=1), np.inf, -np.inf)
     found[crosses] = np.clip(-lines[crosses, 0] / lines[crosses, 1], *ends)

@@ -1,19 +1,18 @@
-"""Measures of one track against the truth, as pure functions on arrays.
+"""Measures of one track against the ground truth, as pure functions on arrays.
 
 Frame rule, for every share and every curve here: frame 0 is the box the tracker was
 given and is not scored; frames in which the target is absent are not scored, but
 counted; a frame without an estimate (NaN, after a failure) is a miss: overlap 0,
 centre error infinite. Shares are over the scored frames of one run, and are averaged
-over runs afterwards, each run counting once. So GOT-10k's frame 0 and absent frames
-are treated as GOT-10k treats them; the OTB toolkits (got10k ``ExperimentOTB``, pysot,
-pytracking) also count frame 0 as a hit, and pytracking and pysot divide by all frames,
-absent ones included.
+over runs afterwards, each run counting once. Frame 0 and absent frames are thus
+treated as in GOT-10k; the OTB toolkits (got10k ``ExperimentOTB``, pysot, pytracking)
+also count frame 0 as a hit, and pytracking and pysot divide by all frames, absent
+ones included.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +23,12 @@ __all__ = [
     "NORM_PRECISION_THRESHOLDS",
     "PRECISION_THRESHOLDS",
     "SUCCESS_THRESHOLDS",
-    "FrameMeasure",
     "center_error",
     "frame_overlap",
     "frames_per_second",
     "norm_center_error",
     "norm_precision",
     "norm_precision_area",
-    "norm_precision_curve",
     "particle_usage",
     "precision",
     "precision_curve",
@@ -41,19 +38,14 @@ __all__ = [
     "success_curve",
 ]
 
-# (T, 4) estimates and (T, 4) truth, px, to one number a frame, (T,)
-FrameMeasure: TypeAlias = Callable[
-    [NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
-]
-
-# Fractions, not steps added up: index 10 of the success thresholds is exactly 0.5.
+# Quotients, not accumulated steps: index 10 of the success thresholds is exactly 0.5.
 PRECISION_THRESHOLDS: Final = np.arange(51, dtype=np.float64)
 SUCCESS_THRESHOLDS: Final = np.arange(21) / 20.0
 NORM_PRECISION_THRESHOLDS: Final = np.arange(51) / 100.0
 
 
 def scored_frames(absent: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which frames count.
+    """Return which frames are scored.
 
     Parameters
     ----------
@@ -63,8 +55,8 @@ def scored_frames(absent: NDArray[np.bool_]) -> NDArray[np.bool_]:
     Returns
     -------
     (T,) bool
-        True except in frame 0, which is given, and where the target is absent. A
-        target that is hidden but inside the image counts: finding it is the task.
+        True except in frame 0, whose box is given, and where the target is absent. A
+        target that is occluded but inside the image is scored.
     """
     scored = ~absent
     scored[:1] = False
@@ -74,7 +66,7 @@ def scored_frames(absent: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def center_error(
     estimates: NDArray[np.float64], truth: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the distance between the centres of estimate and truth, frame by frame.
+    """Return the distance between the centres of estimate and truth by frame.
 
     Parameters
     ----------
@@ -98,10 +90,10 @@ def center_error(
 def norm_center_error(
     estimates: NDArray[np.float64], truth: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the centre error in units of the true box, frame by frame.
+    """Return the centre error in units of the true box by frame.
 
-    The offset is divided by the width and height of the truth, each taken as at least
-    1 px, before its length is taken.
+    The offset is divided by the width and height of the truth, each at least 1 px,
+    before its length is computed.
 
     Parameters
     ----------
@@ -116,7 +108,7 @@ def norm_center_error(
     References
     ----------
     Mueller et al. (2018), "TrackingNet: a large-scale dataset and benchmark for object
-    tracking in the wild", ECCV. The floor of 1 px is that of the got10k toolkit.
+    tracking in the wild", ECCV. The minimum of 1 px is that of the got10k toolkit.
     """
     offset = box.centers(estimates) - box.centers(truth)
     offset = offset / np.maximum(truth[:, 2:], 1.0)
@@ -126,7 +118,7 @@ def norm_center_error(
 def frame_overlap(
     estimates: NDArray[np.float64], truth: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the intersection over union of estimate and truth, frame by frame.
+    """Return the intersection over union of estimate and truth by frame.
 
     Parameters
     ----------
@@ -141,7 +133,7 @@ def frame_overlap(
     Notes
     -----
     Continuous area, as in got10k, pysot, pytracking and the OTB toolkit. GOT-10k's
-    own scores first clip both boxes to the image; the VOT toolkit rasters them.
+    own scores first clip both boxes to the image; the VOT toolkit rasterises them.
     """
     return _missed(box.overlap(estimates, truth), truth, 0.0)
 
@@ -157,8 +149,8 @@ def precision_curve(errors: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     (51,) float, in [0, 1]
-        One value for each of `PRECISION_THRESHOLDS`, **inclusive**; never falling.
-        NaN if there is no frame.
+        One value for each of `PRECISION_THRESHOLDS`, **inclusive**; ascending. NaN if
+        there is no frame.
 
     References
     ----------
@@ -199,9 +191,9 @@ def success_curve(overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     (21,) float, in [0, 1]
-        One value for each of `SUCCESS_THRESHOLDS`, **strict**; never rising. The last
-        is always 0, and a frame without any overlap fails even the first. NaN if there
-        is no frame.
+        One value for each of `SUCCESS_THRESHOLDS`, **strict**; descending. The last is
+        always 0, and a frame without any overlap fails even the first. NaN if there is
+        no frame.
 
     References
     ----------
@@ -221,7 +213,7 @@ def success(overlaps: NDArray[np.float64], threshold: float = 0.5) -> float:
     overlaps : (F,) float, in [0, 1]
         Overlaps of the scored frames; 0 for a miss.
     threshold : float, in [0, 1]
-        **Strict**: an overlap of exactly 0.5 is no success at 0.5. At 0.5 it is
+        **Strict**: an overlap of exactly 0.5 is no success. At 0.5 it is
         GOT-10k's success rate and element 10 of `success_curve`.
 
     Returns
@@ -243,8 +235,8 @@ def success_area(overlaps: NDArray[np.float64]) -> float:
     Returns
     -------
     float, in [0, 20/21]
-        20/21 = 0.952 for perfect boxes, since nothing is above 1. NaN if there is no
-        frame.
+        20/21 = 0.952 for perfect boxes, since no overlap is above 1. NaN if there is
+        no frame.
 
     Notes
     -----
@@ -252,23 +244,6 @@ def success_area(overlaps: NDArray[np.float64]) -> float:
     OTB toolkit. With more thresholds it tends to the mean overlap.
     """
     return float(success_curve(overlaps).mean())
-
-
-def norm_precision_curve(errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share of frames whose normalised error is at most 0, 0.01, ..., 0.5.
-
-    Parameters
-    ----------
-    errors : (F,) float
-        Normalised centre errors of the scored frames; infinite for a miss.
-
-    Returns
-    -------
-    (51,) float, in [0, 1]
-        One value for each of `NORM_PRECISION_THRESHOLDS`, **inclusive**. NaN if there
-        is no frame.
-    """
-    return _share(errors[:, None] <= NORM_PRECISION_THRESHOLDS)
 
 
 def norm_precision(errors: NDArray[np.float64], threshold: float = 0.2) -> float:
@@ -292,7 +267,10 @@ def norm_precision(errors: NDArray[np.float64], threshold: float = 0.2) -> float
 
 
 def norm_precision_area(errors: NDArray[np.float64]) -> float:
-    """Return the mean of the 51 values of the normalised precision curve.
+    """Return the area under the normalised precision curve: the mean of 51 values.
+
+    The values are the shares of frames whose normalised error is at most 0, 0.01, ...,
+    0.5 (`NORM_PRECISION_THRESHOLDS`, **inclusive**).
 
     Parameters
     ----------
@@ -305,7 +283,7 @@ def norm_precision_area(errors: NDArray[np.float64]) -> float:
         What got10k's LaSOT and TrackingNet experiments print as normalised precision;
         not the value at 0.2. NaN if there is no frame.
     """
-    return float(norm_precision_curve(errors).mean())
+    return float(_share(errors[:, None] <= NORM_PRECISION_THRESHOLDS).mean())
 
 
 def frames_per_second(seconds: NDArray[np.float64]) -> float:
@@ -320,13 +298,13 @@ def frames_per_second(seconds: NDArray[np.float64]) -> float:
     Returns
     -------
     float, 1/s
-        Initialisation is excluded: over a short sequence it would hide the running
-        speed. Updates that gave no answer are excluded. NaN without a timed update.
+        Initialisation is excluded: in a short sequence it would dominate. Updates
+        without an estimate are excluded. NaN without a timed update.
 
     Notes
     -----
     Total frames over total time. The got10k toolkit prints the mean of ``1 / seconds``
-    with initialisation included, which one fast frame can lift without bound.
+    with initialisation included, which one fast frame can raise without bound.
     """
     updates = seconds[1:]
     updates = updates[np.isfinite(updates)]
@@ -335,29 +313,29 @@ def frames_per_second(seconds: NDArray[np.float64]) -> float:
 
 
 def particle_usage(
-    particles: NDArray[np.int64], answered: NDArray[np.bool_]
+    particles: NDArray[np.int64], estimated: NDArray[np.bool_]
 ) -> tuple[float, float]:
-    """Return the least and the mean number of particles a frame.
+    """Return the minimum and the mean number of particles per frame.
 
     Parameters
     ----------
     particles : (T,) int
         Likelihood evaluations by frame; element 0 (initialisation) is not counted.
-    answered : (T,) bool
-        Frames with an estimate; the others are not counted. Absent frames are: the
-        tracker works there too.
+    estimated : (T,) bool
+        Frames with an estimate; the others are not counted. Absent frames are, since
+        the tracker works there too.
 
     Returns
     -------
-    least, mean : float
-        NaN if no frame counts.
+    minimum, mean : float
+        NaN if no frame is counted.
 
     References
     ----------
     Particle usage as tabulated by Yildirim et al., "direction-based modified particle
     filter for vehicle tracking", ETRI Journal (DPF), table 1.
     """
-    used = particles[1:][answered[1:]]
+    used = particles[1:][estimated[1:]]
     if used.size == 0:
         return float("nan"), float("nan")
     return float(used.min()), float(used.mean())
@@ -366,7 +344,7 @@ def particle_usage(
 def _missed(
     values: NDArray[np.float64], truth: NDArray[np.float64], miss: float
 ) -> NDArray[np.float64]:
-    """Put ``miss`` where there is a truth but no value."""
+    """Replace NaN by ``miss`` where the truth is known, by NaN elsewhere."""
     known = np.isfinite(truth).all(axis=1)
     filled = np.where(np.isnan(values), miss, values)
     return np.where(known, filled, np.nan)
@@ -376,5 +354,4 @@ def _share(hits: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return the share of true elements along the first axis; NaN if it is empty."""
     if len(hits) == 0:
         return np.full(hits.shape[1:], np.nan)
-    share: NDArray[np.float64] = np.asarray(hits.mean(axis=0), dtype=np.float64)
-    return share
+    return np.asarray(hits.mean(axis=0), dtype=np.float64)

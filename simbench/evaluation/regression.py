@@ -1,8 +1,8 @@
-"""The regression gate: whether this version is worse than that of the baseline.
+"""Regression gate: comparison of the scores of this version with a baseline.
 
-Precision and success fail where they fall by more than the tolerance of
-`simbench.evaluation.baseline`; particle usage fails where it moves by more in either
-direction, since it is the cost side of what is claimed.
+Precision and success fail if they fall by more than the tolerance of
+`simbench.evaluation.baseline`; particle usage fails if it changes by more in either
+direction, since it is the cost of those scores.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import DatasetError
 from simbench.evaluation.baseline import (
     MEASURES,
     USAGE,
     Baseline,
     BaselineRow,
-    summarised,
+    baseline_rows,
 )
 from simbench.evaluation.scores import Scores
 
@@ -54,14 +53,14 @@ Verdict = Literal["ok", "better", "worse", "changed", "missing", "new"]
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One number held against the baseline.
+    """One number compared with the baseline.
 
     Attributes
     ----------
     scenario, variant, tracker, measure : str
-        What is compared. The measure is ``run`` where the row itself is at fault.
+        What is compared. The measure is ``run`` if the check is about the whole row.
     baseline, current, tolerance : float
-        NaN where there is none.
+        NaN for a check about the whole row.
     verdict : str
         ``worse``, ``changed`` (particle usage or the sequences) and ``missing`` fail;
         ``ok``, ``better`` and ``new`` (not in the baseline) pass.
@@ -81,47 +80,46 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the gate lets this through."""
+        """Whether the verdict is no failure of the gate."""
         return self.verdict in ("ok", "better", "new")
 
 
 def compare(baseline: Baseline, scores: Scores) -> list[Check]:
-    """Hold scores against a baseline.
+    """Compare scores with a baseline.
 
     Parameters
     ----------
     baseline : Baseline
     scores : Scores
-        Of the same suite. Failed runs count with what they scored.
+        Of the same suite. Failed runs count with their scores.
 
     Returns
     -------
     list of Check
-        For each row of the baseline one check for each measure, or a single one where
-        the row is missing or its seeds or sequences are others, and one more where a
-        run failed; then one for each row that the baseline lacks.
+        For each row of the baseline one check per measure, or a single one if the row
+        is missing or its seeds or sequences differ, and one more if a run failed; then
+        one for each row that the baseline lacks.
     """
-    now = {row.name: row for row in summarised(scores.runs)}
-    faults = _faults(scores.runs)
+    current = {row.name: row for row in baseline_rows(scores.runs)}
+    failures = _failures(scores.runs)
     checks: list[Check] = []
     for row in baseline.rows:
-        if (fault := faults.get(row.name)) is not None:
-            checks.append(_row_check(row, "worse", fault))
-        checks.extend(_checks(row, now.get(row.name)))
-    known = {row.name for row in baseline.rows}
-    added = [row for name, row in now.items() if name not in known]
-    return checks + [_row_check(row, "new", "not in the baseline") for row in added]
+        if row.name in failures:
+            checks.append(_row_check(row, "worse", failures[row.name]))
+        checks.extend(_checks(row, current.pop(row.name, None)))
+    added = [_row_check(row, "new", "not in the baseline") for row in current.values()]
+    return checks + added
 
 
 def write_junit(
     path: Path, checks: Iterable[Check], *, suite: str = "simbench"
 ) -> None:
-    """Write checks as JUnit XML, whole: a test case each, named after what it checks.
+    """Write checks as JUnit XML, atomically, with one test case per check.
 
     Raises
     ------
     DatasetError
-        If the place cannot be written to.
+        If the file cannot be written.
     """
     listed = list(checks)
     root = ElementTree.Element(
@@ -132,11 +130,10 @@ def write_junit(
         errors="0",
     )
     for check in listed:
-        scenario = "/".join(filter(None, (check.scenario, check.variant)))
         case = ElementTree.SubElement(
             root,
             "testcase",
-            classname=f"{suite}.{scenario}",
+            classname=f"{suite}.{_scenario(check)}",
             name=f"{check.tracker}: {check.measure}",
         )
         if not check.passed:
@@ -146,74 +143,63 @@ def write_junit(
         elif check.verdict != "ok":
             ElementTree.SubElement(case, "system-out").text = _printable(check.message)
     ElementTree.indent(root)
-    try:
-        with atomic_write(path) as partial:
-            ElementTree.ElementTree(root).write(
-                partial, encoding="utf-8", xml_declaration=True
-            )
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be written: {error.strerror}") from error
+    document = ElementTree.ElementTree(root)
+    with atomic_write(path) as temporary:
+        document.write(temporary, encoding="utf-8", xml_declaration=True)
 
 
 def table_rows(checks: Iterable[Check]) -> list[tuple[str, ...]]:
-    """Return checks as text, a row each, under the headings of `TABLE_HEADINGS`."""
+    """Return checks as text, one row each, with the columns of `TABLE_HEADINGS`."""
     return [
         (
-            "/".join(filter(None, (check.scenario, check.variant))),
+            _scenario(check),
             check.tracker,
             check.measure,
-            _number(check.measure, check.baseline),
-            _number(check.measure, check.tolerance),
-            _number(check.measure, check.current),
+            *(
+                _number(check.measure, value)
+                for value in (check.baseline, check.tolerance, check.current)
+            ),
             check.verdict,
         )
         for check in checks
     ]
 
 
-def _checks(before: BaselineRow, now: BaselineRow | None) -> Iterator[Check]:
-    if now is None:
-        yield _row_check(before, "missing", "in the baseline, but was not run")
-    elif now.seeds != before.seeds:
-        yield _row_check(
-            before, "missing", f"must be run on seeds {before.seeds}, got {now.seeds}"
-        )
-    elif _is_other(before.digests, now.digests):
-        yield _row_check(
-            before, "changed", "sequences are not those of the baseline: other digests"
-        )
+def _checks(row: BaselineRow, current: BaselineRow | None) -> Iterator[Check]:
+    if current is None:
+        yield _row_check(row, "missing", "in the baseline, but was not run")
+    elif current.seeds != row.seeds:
+        reason = f"expected runs on seeds {row.seeds}, got {current.seeds}"
+        yield _row_check(row, "missing", reason)
+    elif any(
+        old and new and old != new  # an empty digest is unknown
+        for old, new in zip(row.digests, current.digests, strict=True)
+    ):
+        reason = "sequences are not those of the baseline: digests differ"
+        yield _row_check(row, "changed", reason)
     else:
         for measure in MEASURES:
-            yield _measure_check(before, now, measure)
+            yield _measure_check(row, current, measure)
 
 
-def _is_other(before: list[str], now: list[str]) -> bool:
-    """Return whether a known digest differs from a known digest."""
-    return any(
-        was and is_now and was != is_now
-        for was, is_now in zip(before, now, strict=True)
-    )
-
-
-def _faults(runs: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return what to say of the rows of which a run failed."""
-    failed = runs[runs["status"] != "ok"]
-    said: dict[tuple[str, str, str], str] = {}
-    for run in failed.itertuples():
+def _failures(runs: pd.DataFrame) -> dict[tuple[str, str, str], str]:
+    """Return the first failure of each scenario, variant and tracker, as a message."""
+    messages: dict[tuple[str, str, str], str] = {}
+    for run in runs[runs["status"] != "ok"].itertuples():
         name = (str(run.scenario), str(run.variant), str(run.tracker))
-        said.setdefault(name, f"failed on seed {run.seed}: {run.reason}")
-    return said
+        messages.setdefault(name, f"failed on seed {run.seed}: {run.reason}")
+    return messages
 
 
-def _measure_check(before: BaselineRow, now: BaselineRow, measure: str) -> Check:
-    tolerance = before.tolerance(measure)
-    was, is_now = before.mean[measure], now.mean[measure]
-    verdict = _verdict(measure, is_now - was, tolerance)
+def _measure_check(row: BaselineRow, current: BaselineRow, measure: str) -> Check:
+    tolerance = row.tolerance(measure)
+    old, new = row.mean[measure], current.mean[measure]
+    verdict = _verdict(measure, new - old, tolerance)
     message = (
-        f"{_place(before)}: {measure} was {_number(measure, was)} "
-        f"+- {_number(measure, tolerance)}, is {_number(measure, is_now)}"
+        f"{_label(row)}: {measure} was {_number(measure, old)} "
+        f"+- {_number(measure, tolerance)}, is {_number(measure, new)}"
     )
-    return Check(*before.name, measure, was, is_now, tolerance, verdict, message)
+    return Check(*row.name, measure, old, new, tolerance, verdict, message)
 
 
 def _verdict(measure: str, difference: float, tolerance: float) -> Verdict:
@@ -221,22 +207,26 @@ def _verdict(measure: str, difference: float, tolerance: float) -> Verdict:
         return "ok"
     if measure == USAGE:
         return "changed"
-    return "better" if difference > tolerance else "worse"  # NaN is worse
+    return "better" if difference > tolerance else "worse"  # NaN counts as worse
 
 
 def _row_check(row: BaselineRow, verdict: Verdict, message: str) -> Check:
     nan = float("nan")
-    text = f"{_place(row)}: {message}"
+    text = f"{_label(row)}: {message}"
     return Check(*row.name, "run", nan, nan, nan, verdict, text)
 
 
 def _printable(text: str) -> str:
-    """Drop what XML cannot hold: a tracker's own words may carry escape codes."""
+    """Drop characters invalid in XML: a tracker's message may have escape codes."""
     return "".join(letter for letter in text if letter.isprintable())
 
 
-def _place(row: BaselineRow) -> str:
+def _label(row: BaselineRow) -> str:
     return " / ".join(filter(None, row.name))
+
+
+def _scenario(check: Check) -> str:
+    return "/".join(filter(None, (check.scenario, check.variant)))
 
 
 def _number(measure: str, value: float) -> str:

@@ -1,7 +1,8 @@
-"""Run one tracker over one sequence; the bench reads pictures and takes times."""
+"""Run one tracker over one sequence, reading the images and timing each call."""
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import math
 import signal
@@ -14,70 +15,98 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from simbench.core.box import Box
-from simbench.core.errors import DatasetError
+from simbench.core.errors import DatasetError, one_line
 from simbench.core.frame import Frame
-from simbench.core.one_line import one_line
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Estimate, Failure, FailureKind, Track, Tracker
 
-__all__ = ["track"]
+__all__ = ["track", "track_seed"]
 
 logger = logging.getLogger(__name__)
 
-_FARTHEST_PX = 1e6  # beyond, a box is no place near any picture
+_MAX_COORDINATE_PX = 1e6  # a box beyond this is nowhere near any image
 
 
 def track(
     tracker: Tracker | str,
     sequence: Sequence,
-    seed: int,
+    seed: int | None = None,
     *,
+    label: str = "",
+    repetition: int = 0,
     timeout_s: float | None = None,
     keep_clouds: bool = False,
     on_frame: Callable[[int, int], None] | None = None,
 ) -> Track:
-    """Run a tracker from the true box of frame 0 to the end, or to its failure.
+    """Run a tracker from the true box of frame 0 to the end or to its failure.
 
     Parameters
     ----------
     tracker : Tracker or str
-        A fresh tracker, or the text that finds one, such as ``condensation`` or
+        A fresh tracker, or the specification of one, such as ``condensation`` or
         ``condensation@particles=50``.
     sequence : Sequence
-        Read one frame at a time; the tracker gets read-only pictures and no truth but
-        the first box.
-    seed : int
-        Seed of the generator handed to the tracker.
+        Read one frame at a time; the tracker gets read-only images and no ground truth
+        but the first box.
+    seed : int, optional
+        Seed of the scenario instance, by default that of the sequence (0 where it has
+        none). With label and repetition it decides the tracker's random numbers, see
+        `track_seed`: the same as in ``simbench run`` for that seed.
+    label : str, optional
+        Name of the tracker in tables; by default its specification, or the name of
+        its class.
+    repetition : int, optional
+        Index of the run among several on the same sequence.
     timeout_s : float, optional, s
-        Wall time after which the run is given up. Looked at between frames: a call
-        that never returns can be ended only from another process.
+        Wall time after which the run is stopped. Checked between frames: a call that
+        never returns can be ended only from another process.
     keep_clouds : bool, optional
         Keep each estimate's particle cloud.
     on_frame : callable, optional
-        Called with the frames done and their total after each frame.
+        Called after each frame with the number of frames done and their total.
 
     Returns
     -------
     Track
         With one failure, and NaN from its frame on, if the tracker raised, returned
-        something other than a sound `Estimate`, or took too long. A tracker's fault is
-        a result, never an error of the bench; but Ctrl-C stops the run.
+        something other than a valid `Estimate`, or took too long. A failing tracker is
+        a result, never an error of the benchmark; but Ctrl-C stops the run.
 
     Raises
     ------
     TrackerError
-        If ``tracker`` is a text that finds none.
+        If ``tracker`` is a specification that names no tracker.
     DatasetError
         If the target is absent from frame 0.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> sequence = simbench.generate(simbench.load_scenario("smoke"), seed=0)
+    >>> found = simbench.track("still", sequence)
+    >>> found.tracker, found.boxes.shape
+    ('still', (24, 4))
     """
-    made = _found(tracker) if isinstance(tracker, str) else tracker
+    if isinstance(tracker, str):
+        # Imported here: a run of a user's own tracker does not load the built-in ones.
+        from simbench.trackers.find_tracker import find_tracker
+
+        spec = find_tracker(tracker)
+        tracker, label = spec.make(), label or spec.label
+    label = label or type(tracker).__name__
+    if seed is None:
+        seed = sequence.seed or 0
     start = Box.from_array(sequence.truth.boxes[0])
     if not start.is_finite:
-        raise DatasetError(f"{sequence.name}: no target in frame 0 to start a track on")
-    run = _Run(made, start, seed, len(sequence), keep_clouds)
+        raise DatasetError(
+            f"{sequence.name}: no target in frame 0 to start the track on"
+        )
+    run = _Run(
+        tracker, start, track_seed(seed, label, repetition), len(sequence), keep_clouds
+    )
     began = time.perf_counter()
-    # One thread for linear algebra: rates compare, and small products are not slowed
-    # (fifteenfold, once) by threads that wait for a busy core.
+    # One thread for linear algebra: frame rates stay comparable, and small products
+    # are not slowed (fifteenfold, once) by threads that wait for a busy core.
     with threadpool_limits(limits=1):
         for index, frame in enumerate(sequence.frames):
             if timeout_s is not None and time.perf_counter() - began > timeout_s:
@@ -88,18 +117,36 @@ def track(
                 break
             if on_frame is not None:
                 on_frame(index + 1, len(sequence))
-    return run.track()
+    return run.track(label, repetition)
 
 
-def _found(spec: str) -> Tracker:
-    # here, so that who brings a tracker of their own does not load ours
-    from simbench.trackers.find_tracker import find_tracker
+def track_seed(scenario_seed: int, tracker: str, repetition: int) -> int:
+    """Return the seed of the random generator of one tracker run.
 
-    return find_tracker(spec).make()
+    It depends on the three arguments only, so neither on the order of the work nor on
+    the other trackers. Different parameters under one label share it: ``condensation``
+    and ``condensation=condensation@particles=10`` sample from the same stream.
+
+    Parameters
+    ----------
+    scenario_seed : int
+        Seed of the sequence.
+    tracker : str
+        Label of the tracker.
+    repetition : int
+
+    Returns
+    -------
+    int
+        In [0, 2^32), from `numpy.random.SeedSequence`.
+    """
+    label = int.from_bytes(hashlib.sha256(tracker.encode()).digest()[:8], "big")
+    sequence = np.random.SeedSequence([scenario_seed, label, repetition])
+    return int(sequence.generate_state(1)[0])
 
 
 class _Run:
-    """What is known of one run so far."""
+    """The state of one run: tracker, generator, and results of the frames so far."""
 
     def __init__(
         self, tracker: Tracker, start: Box, seed: int, count: int, keep_clouds: bool
@@ -144,7 +191,7 @@ class _Run:
     def fail(self, index: int, kind: FailureKind, message: str) -> None:
         self.failures = (Failure(index, kind, message),)
 
-    def track(self) -> Track:
+    def track(self, label: str, repetition: int) -> Track:
         return Track(
             self.boxes,
             self.confidence,
@@ -152,18 +199,20 @@ class _Run:
             self.seconds,
             self.seed,
             self.failures,
+            label,
+            repetition,
             tuple(self.clouds) if self.keep_clouds else (),
         )
 
 
 def _is_ctrl_c(error: BaseException) -> bool:
-    """Whether the user stops the run; in a worker, which ignores Ctrl-C, never."""
+    """Return whether the user stops the run: never in a worker that ignores Ctrl-C."""
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     return isinstance(error, KeyboardInterrupt) and not ignored
 
 
 def _fault(estimate: object) -> tuple[FailureKind, str] | None:
-    """Return how an estimate breaks the contract, or None."""
+    """Return how an estimate breaks the contract, or None if it is valid."""
     if not isinstance(estimate, Estimate) or not isinstance(estimate.box, Box):
         found = type(estimate).__name__
         if isinstance(estimate, Estimate):
@@ -171,26 +220,26 @@ def _fault(estimate: object) -> tuple[FailureKind, str] | None:
         return "exception", f"update must return an Estimate with a Box, got {found}"
     box, confidence = estimate.box, estimate.confidence
     try:
-        sound = box.is_finite and box.width >= 0.0 and box.height >= 0.0
-        near = bool(np.abs(box.to_array()).max() <= _FARTHEST_PX)
-        believed = 0.0 <= confidence <= 1.0
+        valid = box.is_finite and box.width >= 0.0 and box.height >= 0.0
+        near = bool(np.abs(box.to_array()).max() <= _MAX_COORDINATE_PX)
+        in_range = 0.0 <= confidence <= 1.0
         math.isfinite(confidence)
         particles = estimate.particles
-        counted = 0 <= particles < 2**31 and int(particles) == particles
+        is_count = 0 <= particles < 2**31 and int(particles) == particles
         found = repr(particles)
-    except Exception as error:  # a tracker may put any object where a number belongs
+    except Exception as error:  # a tracker may return any object in place of a number
         reason = one_line(error)
         return "exception", f"update must return an Estimate of numbers: {reason}"
-    if not sound:
+    if not valid:
         return "not-a-number", f"box must be finite with a size >= 0, got {box}"
     if not near:
-        limit = f"{_FARTHEST_PX:g} px"
-        return "not-a-number", f"box must lie within {limit} of the picture, got {box}"
-    if not believed:
+        limit = f"{_MAX_COORDINATE_PX:g} px"
+        return "not-a-number", f"box must be within {limit} of the image, got {box}"
+    if not in_range:
         return "not-a-number", f"confidence must be in [0, 1], got {confidence}"
-    if not counted:
-        wanted = "a whole number >= 0 and < 2^31"
-        return "exception", f"particles must be {wanted}, got {found}"[:300]
+    if not is_count:
+        expected = "a whole number >= 0 and < 2^31"
+        return "exception", f"particles must be {expected}, got {found}"[:300]
     return None
 
 

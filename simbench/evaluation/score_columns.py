@@ -1,4 +1,4 @@
-"""The columns of the score tables, and the tables on disk."""
+"""Columns and types of the score tables, and their storage as Parquet."""
 
 from __future__ import annotations
 
@@ -72,23 +72,20 @@ FRAME_TYPES: Final = {
 
 
 def typed(table: pd.DataFrame, types: Mapping[str, str]) -> pd.DataFrame:
-    """Return the table with the columns named in ``types`` turned into these types."""
+    """Return the table with the columns named in ``types`` cast to these types."""
     return table.astype({name: kind for name, kind in types.items() if name in table})
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as Parquet, whole: under another name first, then renamed.
+    """Write a table as Parquet, atomically.
 
     Raises
     ------
     DatasetError
-        If the place cannot be written to.
+        If the file cannot be written.
     """
-    try:
-        with atomic_write(path) as partial:
-            table.to_parquet(partial, index=False)
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be written: {error.strerror}") from error
+    with atomic_write(path) as temporary:
+        table.to_parquet(temporary, index=False)
 
 
 def read_table(path: Path, types: Mapping[str, str]) -> pd.DataFrame:
@@ -97,7 +94,7 @@ def read_table(path: Path, types: Mapping[str, str]) -> pd.DataFrame:
     Raises
     ------
     DatasetError
-        If it is missing, no Parquet, or lacks a column of ``types``.
+        If it is missing, is not Parquet, or lacks a column of ``types``.
     """
     try:
         table = pd.read_parquet(path)
@@ -106,9 +103,8 @@ def read_table(path: Path, types: Mapping[str, str]) -> pd.DataFrame:
     except (OSError, pa.ArrowException) as error:
         first_line = str(error).partition("\n")[0]
         raise DatasetError(f"{path}: not a readable table: {first_line}") from error
-    missing = [name for name in types if name not in table]
-    if missing:
+    if missing := [name for name in types if name not in table]:
         raise DatasetError(
-            f"{path}: must have the columns of a score table, lacks {missing[0]}"
+            f"{path}: expected the columns of a score table, lacks {missing[0]}"
         )
     return typed(table, types)

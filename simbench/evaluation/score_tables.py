@@ -1,4 +1,4 @@
-"""The frames of one run as rows, and what they amount to."""
+"""Frame table of one run, and the measures computed from it."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ from simbench.evaluation.score_columns import FRAME_TYPES, typed
 
 __all__ = ["frame_table", "frame_times", "measured"]
 
+_SIDES = ("left", "top", "width", "height")
+
 
 def frame_table(
     track: Track, sequence: Sequence, keys: Mapping[str, Any]
 ) -> pd.DataFrame:
-    """Return a row a frame, see `simbench.evaluation.scores.Scores.frames`.
+    """Return one row per frame, see `simbench.evaluation.scores.Scores.frames`.
 
     Parameters
     ----------
@@ -28,24 +30,21 @@ def frame_table(
     sequence : Sequence
         As long as the track.
     keys : mapping
-        Name of the run, by `simbench.evaluation.score_columns.KEYS`.
+        Identity of the run, by `simbench.evaluation.score_columns.KEYS`.
     """
     truth = sequence.truth
     columns: dict[str, Any] = {
         **keys,
         "frame": np.arange(len(sequence)),
         "time_s": frame_times(sequence),
-        **dict(zip(("left", "top", "width", "height"), track.boxes.T, strict=True)),
+        **{side: track.boxes[:, i] for i, side in enumerate(_SIDES)},
         "confidence": track.confidence,
         "particles": track.particles,
         "seconds": track.seconds,
         "center_error_px": measures.center_error(track.boxes, truth.boxes),
         "norm_center_error": measures.norm_center_error(track.boxes, truth.boxes),
         "overlap": measures.frame_overlap(track.boxes, truth.boxes),
-        "truth_left": truth.boxes[:, 0],
-        "truth_top": truth.boxes[:, 1],
-        "truth_width": truth.boxes[:, 2],
-        "truth_height": truth.boxes[:, 3],
+        **{f"truth_{side}": truth.boxes[:, i] for i, side in enumerate(_SIDES)},
         "visible_fraction": truth.visible_fraction,
         "absent": truth.absent,
         "occluder": list(truth.occluders),
@@ -55,7 +54,7 @@ def frame_table(
 
 
 def measured(frames: pd.DataFrame) -> dict[str, float]:
-    """Compute every measure of one run from its frames, see `frame_table`."""
+    """Return every measure of one run, from its frames, see `frame_table`."""
     scored = frames[frames["scored"]]
     errors = scored["center_error_px"].to_numpy()
     norm_errors = scored["norm_center_error"].to_numpy()
@@ -88,7 +87,7 @@ def measured(frames: pd.DataFrame) -> dict[str, float]:
 
 
 def frame_times(sequence: Sequence) -> NDArray[np.float64]:
-    """Return the times of the frames [s], without reading pictures where possible."""
+    """Return the times of the frames [s], if possible without reading the images."""
     known = getattr(sequence.frames, "times_s", None)
     if known is not None:
         return np.asarray(known, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What the trackers reached: one table with a row a run, one with a row a frame."""
+"""Scores of trackers: one table with a row per run, one with a row per frame."""
 
 from __future__ import annotations
 
@@ -42,27 +42,34 @@ class Scores:
     Attributes
     ----------
     runs : DataFrame
-        One row a run. ``scenario, variant, seed, tracker, repetition`` name it;
-        ``status`` is ``ok``, ``failed`` or ``unreachable`` (no sequence can be made as
-        the scenario asks); ``requested.<dial>`` and ``achieved.<dial>`` are those of
-        the sequence, NaN where it has no such dial.
+        One row per run. ``scenario, variant, seed, tracker, repetition`` identify it;
+        ``status`` is ``ok``, ``failed`` or ``unreachable`` (no sequence can satisfy
+        the scenario); ``requested.<dial>`` and ``achieved.<dial>`` are those of the
+        sequence, NaN where it lacks that dial.
         Then the measures over the scored frames (see `simbench.evaluation.measures` for
         which those are): ``precision_20``, ``success_50``, ``success_auc``,
         ``norm_precision`` (at 0.2), all in [0, 1]; ``center_error_px``, the mean over
-        the scored frames **with an estimate** (NaN where there is none: what a
-        failure missed shows in the shares and in ``frames_lost``); ``fps``;
-        ``particles_min, particles_mean`` a frame. Then ``reason`` of a failure,
+        the scored frames **with an estimate** (NaN without any: frames missed after a
+        failure count in the shares and in ``frames_lost``); ``fps``;
+        ``particles_min, particles_mean`` per frame. Then ``reason`` of a failure,
         ``frames``, ``frames_scored``, ``frames_absent``, ``frames_lost`` (without an
         estimate), ``norm_precision_area``, ``center_error_median_px`` (over all scored
         frames, infinite where most were lost), ``seconds_init``, ``seconds_p95`` (of
         one update), ``seconds_total`` (with initialisation), ``track_seed``,
         ``digest``, ``traffic_redraws``.
     frames : DataFrame
-        One row a frame of a run: the same five names, ``frame``, ``time_s``, the
+        One row per frame of a run: the same five keys, ``frame``, ``time_s``, the
         estimate ``left, top, width, height`` [px], ``confidence``, ``particles``,
         ``seconds``, ``center_error_px``, ``norm_center_error``, ``overlap``,
         ``truth_left, truth_top, truth_width, truth_height`` [px],
         ``visible_fraction``, ``absent``, ``occluder``, ``scored``.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> scores = simbench.run("smoke", "still", seeds=[0, 1], frames=4, jobs=1)
+    >>> scores.runs[["seed", "frames_scored"]].values.tolist()
+    [[0, 3], [1, 3]]
     """
 
     runs: pd.DataFrame
@@ -70,25 +77,25 @@ class Scores:
 
     @classmethod
     def concat(cls, parts: Iterable[Scores]) -> Scores:
-        """Put the rows of several scores below each other, in the order given.
+        """Concatenate the rows of several scores, in the order given.
 
         Raises
         ------
         ValueError
-            If there is none.
+            If ``parts`` is empty.
         """
         listed = list(parts)
         if not listed:
-            raise ValueError("scores to put together must be at least one, got none")
+            raise ValueError("parts: expected at least one Scores, got none")
         runs = pd.concat([part.runs for part in listed], ignore_index=True)
-        # A table without rows has nothing to say about the types of the others.
+        # An empty table must not change the column types of the others.
         filled = [part.frames for part in listed if len(part.frames)]
         frames = pd.concat(filled or [listed[0].frames], ignore_index=True)
         return cls(runs[_run_order(runs.columns)], frames)
 
     @classmethod
     def read(cls, folder: Path) -> Scores:
-        """Read what `write` wrote.
+        """Read the two tables that `write` wrote.
 
         Raises
         ------
@@ -100,9 +107,9 @@ class Scores:
         return cls(runs, frames)
 
     def write(self, folder: Path) -> None:
-        """Write ``scores.parquet`` and ``frames.parquet``, each of them whole.
+        """Write ``scores.parquet`` and ``frames.parquet``, each atomically.
 
-        The frames go first, so that a run listed in ``scores.parquet`` has its frames.
+        The frames are written first: a run listed in ``scores.parquet`` has frames.
 
         Raises
         ------
@@ -113,26 +120,16 @@ class Scores:
         write_table(self.runs, folder / _RUNS_FILE)
 
 
-def score(
-    track: Track,
-    sequence: Sequence,
-    *,
-    tracker: str = "",
-    repetition: int = 0,
-) -> Scores:
-    """Measure one track against the truth.
+def score(track: Track, sequence: Sequence) -> Scores:
+    """Score one track against the ground truth.
 
     Parameters
     ----------
     track : Track
-        Over the frames of ``sequence``.
+        Over the frames of ``sequence``; its label and repetition name the row.
     sequence : Sequence
-        Its pictures are not looked at if ``sequence.frames`` has a ``times_s`` array;
-        else each frame is read once for its time. The variant is that of its scenario.
-    tracker : str
-        Label of the tracker.
-    repetition : int
-        Which of several runs on the same sequence.
+        Its images are not read if ``sequence.frames`` has a ``times_s`` array; else
+        each frame is read once for its time. The variant is that of its scenario.
 
     Returns
     -------
@@ -143,13 +140,22 @@ def score(
     ------
     ValueError
         If track and sequence differ in length.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> sequence = simbench.generate(simbench.load_scenario("smoke"), seed=0)
+    >>> scores = simbench.score(simbench.track("still", sequence), sequence)
+    >>> scores.runs.loc[0, ["scenario", "tracker", "status"]].tolist()
+    ['smoke', 'still', 'ok']
     """
     if len(track.boxes) != len(sequence):
         raise ValueError(
-            f"track of {tracker or 'a tracker'} must have the {len(sequence)} frames "
-            f"of {sequence.name}, got {len(track.boxes)}"
+            f"track of {track.tracker or 'a tracker'} must have the {len(sequence)} "
+            f"frames of {sequence.name}, got {len(track.boxes)}"
         )
-    keys = _keys(sequence.name, sequence.variant, sequence.seed, tracker, repetition)
+    named = sequence.name, sequence.variant, sequence.seed
+    keys = _keys(*named, track.tracker, track.repetition)
     frames = frame_table(track, sequence, keys)
     row = {
         **keys,
@@ -178,14 +184,14 @@ def score_failure(
     repetition: int = 0,
     variant: str = "",
 ) -> Scores:
-    """Return the row of a run that ended without a track: its process was killed.
+    """Return the row of a run that ended without a track, as when it was killed.
 
     All shares are 0, as for a track that has no estimate in any frame.
 
     Parameters
     ----------
     scenario, seed, tracker, repetition, variant
-        Name of the run, as in `Scores.runs`.
+        Keys of the run, as in `Scores.runs`.
     reason : str
         One line for the user.
     frame_count : int
@@ -219,18 +225,18 @@ def score_missing(
     repetition: int = 0,
     variant: str = "",
 ) -> Scores:
-    """Return the row of a run that was not made, which is no tracker's fault.
+    """Return the row of a run that did not start, for no fault of the tracker.
 
-    All measures are NaN: nothing was measured.
+    All measures are NaN.
 
     Parameters
     ----------
     scenario, seed, tracker, repetition, variant
-        Name of the run, as in `Scores.runs`.
+        Keys of the run, as in `Scores.runs`.
     reason : str
         One line for the user.
     status : {"failed", "unreachable"}
-        Whether something broke, or the scenario asks for what cannot be.
+        Whether an error occurred, or no sequence can satisfy the scenario.
 
     Returns
     -------
@@ -242,14 +248,14 @@ def score_missing(
 
 
 def _without_frames(
-    keys: Mapping[str, Any], status: str, reason: str, told: Mapping[str, float]
+    keys: Mapping[str, Any], status: str, reason: str, measures: Mapping[str, float]
 ) -> Scores:
     frames = typed(pd.DataFrame(columns=list(FRAME_TYPES)), FRAME_TYPES)
     row = {
         **keys,
         "status": status,
         **measured(frames),
-        **told,
+        **measures,
         "reason": reason,
         "track_seed": "",
         "digest": "",
@@ -271,7 +277,7 @@ def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def _run_order(columns: Iterable[str]) -> list[str]:
-    """Return the columns of ``runs`` in their order, dials as they came."""
+    """Return the columns of ``runs`` in their order, dials in the order given."""
     names = list(columns)
     dials = [
         name

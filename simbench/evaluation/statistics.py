@@ -1,13 +1,13 @@
-"""How scores spread over seeds.
+"""Statistics of scores over seeds: spread, confidence intervals, curves.
 
-A seed is the unit of every spread: repetitions on one seed are averaged first, since
-they share the sequence and would make the spread look smaller than it is.
+Seeds are the independent samples: repetitions on one seed are averaged first, since
+they share the sequence and would make the spread seem smaller than it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Final
 
 import numpy as np
@@ -19,10 +19,10 @@ __all__ = [
     "GROUP",
     "Curve",
     "Spread",
+    "bootstrap_counts",
     "bootstrap_interval",
     "curve",
     "expanded_levels",
-    "seed_draws",
     "seed_means",
     "spread",
     "summary",
@@ -30,10 +30,12 @@ __all__ = [
 
 GROUP: Final = ("scenario", "variant", "tracker")
 
+_SPREAD_COLUMNS: Final = ("mean", "sd", "min", "max", "low", "high")
+
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """What n values amount to; NaN where n is too small to say.
+    """Summary statistics of n values; NaN where n is too small.
 
     Attributes
     ----------
@@ -62,7 +64,7 @@ def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     Parameters
     ----------
     values : (n,) float
-        One for each seed; NaN is left out.
+        One for each seed; NaN is ignored.
     level : float, in (0, 1)
         Coverage of the interval.
 
@@ -71,13 +73,13 @@ def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     Spread
         The interval is Student's t: mean plus or minus the quantile of t with n - 1
         degrees of freedom times the standard error. With the three to twenty seeds of
-        a run it is honest where a bootstrap would be far too narrow. It may reach
-        outside [0, 1] for shares.
+        a run its coverage is right where that of a plain bootstrap would be far too
+        low. It may reach outside [0, 1] for shares.
 
     Examples
     --------
-    >>> some = spread([1.0, 2.0, 3.0])
-    >>> some.mean, some.sd, some.count, round(some.high, 3)
+    >>> found = spread([1.0, 2.0, 3.0])
+    >>> found.mean, found.sd, found.count, round(found.high, 3)
     (2.0, 1.0, 3, 4.484)
     """
     known = np.asarray(values, dtype=np.float64)
@@ -99,18 +101,18 @@ def bootstrap_interval(
     rng: np.random.Generator,
     *,
     level: float = 0.95,
-    draws: int = 1000,
+    samples: int = 1000,
 ) -> tuple[float, float]:
-    """Return a bootstrap interval of the mean of values, which stays in their range.
+    """Return a bootstrap interval of the mean of values, which is within their range.
 
     Parameters
     ----------
     values : (n,) float
-        One for each seed; NaN is left out.
+        One for each seed; NaN is ignored.
     rng : numpy.random.Generator
     level : float, in (0, 1)
         Coverage, at the quantiles of `expanded_levels`.
-    draws : int
+    samples : int
         Bootstrap samples.
 
     Returns
@@ -122,28 +124,30 @@ def bootstrap_interval(
     known = known[~np.isnan(known)]
     if len(known) < 2:
         return float("nan"), float("nan")
-    means = seed_draws(len(known), draws, rng) @ known / len(known)
+    means = bootstrap_counts(len(known), samples, rng) @ known / len(known)
     low, high = np.quantile(means, expanded_levels(len(known), level))
     return float(low), float(high)
 
 
-def seed_draws(count: int, draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return how often each of ``count`` seeds comes in each bootstrap sample.
+def bootstrap_counts(
+    count: int, samples: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Return how often each of ``count`` seeds occurs in each bootstrap sample.
 
     Returns
     -------
-    (draws, count) int
+    (samples, count) int
         Rows sum to ``count``.
     """
-    return rng.multinomial(count, np.full(count, 1.0 / count), size=draws)
+    return rng.multinomial(count, np.full(count, 1.0 / count), size=samples)
 
 
 def expanded_levels(count: int, level: float) -> tuple[float, float]:
-    """Return the two quantiles of bootstrap means to take for an interval.
+    """Return the two quantiles of bootstrap means that bound an interval.
 
-    The plain percentile interval of few values is too narrow. The tails are shrunk as
-    far as makes it as wide, for normal values, as Student's t: with three seeds, the
-    interval runs from the least to the greatest that was drawn.
+    The plain percentile interval of few values is too narrow. The tails are shrunk so
+    that it is as wide, for normal values, as Student's t: with three seeds, the
+    interval is from the minimum to the maximum of the bootstrap samples.
 
     Parameters
     ----------
@@ -174,7 +178,7 @@ def seed_means(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
     runs : DataFrame
         `simbench.evaluation.scores.Scores.runs`.
     measures : sequence of str
-        Columns to average; NaN is left out.
+        Columns to average; NaN is ignored.
 
     Returns
     -------
@@ -201,10 +205,9 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
     -------
     DataFrame
         One row for each scenario, variant and tracker in order of appearance:
-        these three, ``seeds`` (how many), ``runs``, ``failed`` (how many of the runs
-        did not end well),
-        and for each measure ``<measure>.mean, .sd, .min, .max, .low, .high`` as in
-        `Spread`. Failed runs are part of it, with what they scored.
+        these three, the numbers of ``seeds``, ``runs`` and ``failed`` runs, and for
+        each measure ``<measure>.mean, .sd, .min, .max, .low, .high`` as in `Spread`.
+        Failed runs are included with their scores.
     """
     by_seed = seed_means(runs, measures)
     groups = runs.groupby(list(GROUP), sort=False)
@@ -216,13 +219,9 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
         row["runs"] = len(group)
         row["failed"] = int((group["status"] != "ok").sum())
         for measure in measures:
-            over = spread(seeds[measure])
-            row[f"{measure}.mean"] = over.mean
-            row[f"{measure}.sd"] = over.sd
-            row[f"{measure}.min"] = over.minimum
-            row[f"{measure}.max"] = over.maximum
-            row[f"{measure}.low"] = over.low
-            row[f"{measure}.high"] = over.high
+            *values, _ = astuple(spread(seeds[measure]))
+            names = (f"{measure}.{part}" for part in _SPREAD_COLUMNS)
+            row |= zip(names, values, strict=True)
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -260,33 +259,33 @@ def curve(
         Rows of `simbench.evaluation.scores.Scores` for one scenario, variant and
         tracker.
     column : str
-        Column of ``frames`` to take the curve of: ``overlap`` or ``center_error_px``.
+        Column of ``frames``: ``overlap`` or ``center_error_px``.
     shares : callable, (F,) float to (K,) float
         `simbench.evaluation.measures.success_curve` or `precision_curve`.
 
     Returns
     -------
     Curve
-        A failed run without frames is a curve of zeros. Runs without a sequence, or in
-        which no frame counts, are left out.
+        A failed run without frames counts as a curve of zeros. Runs without a sequence
+        or without a scored frame are ignored.
     """
     scored = frames[frames["scored"]]
-    known = {
+    curves_by_run = {
         keys: shares(group[column].to_numpy())
         for keys, group in scored.groupby(["seed", "repetition"], dropna=False)
     }
-    nothing = np.zeros_like(shares(np.zeros(1)))
+    zeros = np.zeros_like(shares(np.zeros(1)))
     by_seed: dict[object, list[NDArray[np.float64]]] = {}
     measured = runs["success_50"].notna()
     for run, is_measured in zip(runs.itertuples(), measured, strict=True):
-        found = known.get((run.seed, run.repetition))
+        found = curves_by_run.get((run.seed, run.repetition))
         if found is None and run.status == "failed" and is_measured:
-            found = nothing
+            found = zeros
         if found is not None:
             by_seed.setdefault(run.seed, []).append(found)
     if not by_seed:
-        return Curve(np.full_like(nothing, np.nan), np.zeros_like(nothing), 0)
+        return Curve(np.full_like(zeros, np.nan), zeros, 0)
     curves = np.array([np.mean(one, axis=0) for one in by_seed.values()])
     count = len(curves)
-    sd = curves.std(axis=0, ddof=1) if count > 1 else np.zeros_like(nothing)
+    sd = curves.std(axis=0, ddof=1) if count > 1 else zeros
     return Curve(curves.mean(axis=0), sd, count)

@@ -1,4 +1,4 @@
-"""What a sweep asks for: one or two dials, and the values each of them takes."""
+"""Axes of a sweep: one or two dials, and the values of each."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from simbench.scenarios.schema import Scenario
 
 __all__ = ["Axis", "Sweep", "is_harder_upwards", "is_off", "parse_axis"]
 
-MOST_DIALS: Final = 2
-MOST_VALUES: Final = 1000
+MAX_DIALS: Final = 2
+MAX_VALUES: Final = 1000
 
 _NUMBER: Final = r"-?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?"
 _RANGE: Final = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})")
-_WANTED: Final = "wanted DIAL=FIRST:LAST:STEP or DIAL=VALUE,VALUE,..., all numbers"
+_EXPECTED: Final = "expected DIAL=FIRST:LAST:STEP or DIAL=VALUE,VALUE,..., all numbers"
 _ROUND_OFF: Final = 1e-9
 _EASIER_UPWARDS: Final = {
     "target_px",
@@ -35,7 +35,7 @@ _EASIER_UPWARDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One dial and the values it takes.
+    """One dial and its values.
 
     Attributes
     ----------
@@ -51,19 +51,19 @@ class Axis:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """One scenario with one or two of its dials turned, all else held.
+    """One scenario with one or two of its dials varied, all others fixed.
 
     Attributes
     ----------
     scenario, variant : str
-        Which one; the variant is that of the scenario before a dial is turned.
+        Names; the variant is that of the scenario before a dial is varied.
     axes : tuple of Axis
         One or two, of different dials.
 
     Raises
     ------
     SimbenchError
-        If there is none, more than two, or one dial twice.
+        If there is no axis, more than two, or the same dial twice.
     """
 
     scenario: str
@@ -71,20 +71,22 @@ class Sweep:
     axes: tuple[Axis, ...]
 
     def __post_init__(self) -> None:
-        """Check what a user may have got wrong."""
+        """Check the dials."""
         dials = [axis.dial for axis in self.axes]
-        if not 1 <= len(dials) <= MOST_DIALS:
-            raise SimbenchError(f"--vary: wanted one or two dials, got {len(dials)}")
+        if not 1 <= len(dials) <= MAX_DIALS:
+            raise SimbenchError(f"--vary: expected one or two dials, got {len(dials)}")
         if len(set(dials)) < len(dials):
-            raise SimbenchError(f"--vary: {dials[0]} was given twice")
+            raise SimbenchError(
+                f"--vary: expected different dials, got {dials[0]} twice"
+            )
 
     @property
     def dials(self) -> tuple[str, ...]:
-        """Names of the dials, in the order they were asked for."""
+        """Names of the dials, in the order of the axes."""
         return tuple(axis.dial for axis in self.axes)
 
     def points(self) -> dict[str, tuple[float, ...]]:
-        """Return the values of the dials by variant, the last dial turning fastest.
+        """Return the values of the dials by variant, the last dial varying fastest.
 
         Examples
         --------
@@ -96,7 +98,7 @@ class Sweep:
         return {self._variant_of(values): values for values in grid}
 
     def variants(self, scenario: Scenario) -> Iterator[Scenario]:
-        """Yield the scenario once for each point, its dials turned.
+        """Yield the scenario with the dials of each point.
 
         Raises
         ------
@@ -104,13 +106,13 @@ class Sweep:
             If a dial is unknown or a value out of its range.
         """
         for variant, values in self.points().items():
-            turned = scenario.with_dials(
+            changed = scenario.with_dials(
                 {
                     dial: int(value) if value.is_integer() else value
                     for dial, value in zip(self.dials, values, strict=True)
                 }
             )
-            yield turned.model_copy(update={"variant": variant})
+            yield changed.model_copy(update={"variant": variant})
 
     def facts(self) -> dict[str, Any]:
         """Return the sweep as plain data, for ``run.json``."""
@@ -122,45 +124,43 @@ class Sweep:
 
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any]) -> Sweep:
-        """Read what `facts` returned.
+        """Make a sweep from the plain data that `facts` returned.
 
         Raises
         ------
         ScenarioError
-            If it is something else.
+            If the data are invalid.
         """
         try:
             axes = tuple(
-                Axis(str(one["dial"]), tuple(map(float, one["values"])))
-                for one in facts["axes"]
+                Axis(str(axis["dial"]), tuple(map(float, axis["values"])))
+                for axis in facts["axes"]
             )
             return cls(str(facts["scenario"]), str(facts["variant"]), axes)
         except (KeyError, TypeError, ValueError) as error:
             raise ScenarioError(
-                f"sweep: wanted scenario, variant and axes: {type(error).__name__}"
+                f"sweep: expected scenario, variant and axes: {type(error).__name__}"
             ) from None
 
     def _variant_of(self, values: Iterable[float]) -> str:
-        turned = [
-            f"{dial}={value:.12g}"
-            for dial, value in zip(self.dials, values, strict=True)
-        ]
-        return ",".join(filter(None, [self.variant, *turned]))
+        dials = zip(self.dials, values, strict=True)
+        settings = [f"{dial}={value:.12g}" for dial, value in dials]
+        return ",".join(filter(None, [self.variant, *settings]))
 
 
 def parse_axis(text: str) -> Axis:
-    """Read a dial and its values, as ``--vary`` takes them.
+    """Parse a dial and its values in the syntax of ``--vary``.
 
     Parameters
     ----------
     text : str
-        ``DIAL=FIRST:LAST:STEP``, the last value included where a step falls on it, or
+        ``DIAL=FIRST:LAST:STEP``, the last value included if a step reaches it, or
         ``DIAL=VALUE,VALUE,...``.
 
     Raises
     ------
     SimbenchError
-        If it is something else, has fewer than two values or more than a thousand.
+        If the syntax is another, or there are fewer than 2 or more than 1000 values.
 
     Examples
     --------
@@ -169,34 +169,26 @@ def parse_axis(text: str) -> Axis:
     >>> parse_axis("displacement_px=20,5")
     Axis(dial='displacement_px', values=(5.0, 20.0))
     """
-    dial, _, told = (part.strip() for part in text.partition("="))
+    dial, _, listed = (part.strip() for part in text.partition("="))
     if dial == "distractors.gap_px":
         raise SimbenchError(
-            "--vary: distractors.gap_px is a limit and turns nothing: vary "
-            "distractors.count"
+            "--vary: distractors.gap_px is only a limit: vary distractors.count"
         )
-    if not dial or not told:
-        raise SimbenchError(f"--vary: {_WANTED}, got {text!r}")
-    stretch = _RANGE.fullmatch(told)
-    if stretch is not None:
-        values = _steps(text, *map(Decimal, stretch.groups()))
+    if dial and (match := _RANGE.fullmatch(listed)):
+        values = _range_values(text, *map(Decimal, match.groups()))
     else:
-        parts = [part.strip() for part in told.split(",")]
-        wrong = [part for part in parts if not re.fullmatch(_NUMBER, part)]
-        if wrong:
-            raise SimbenchError(f"--vary: {_WANTED}, got {text!r}")
+        parts = [part.strip() for part in listed.split(",")]
+        if not dial or not all(re.fullmatch(_NUMBER, part) for part in parts):
+            raise SimbenchError(f"--vary: {_EXPECTED}, got {text!r}")
         values = sorted(map(float, parts))
     if len(set(values)) < len(values):
-        raise SimbenchError(f"--vary: values must differ, got {text!r}")
-    if not 2 <= len(values) <= MOST_VALUES:
-        raise SimbenchError(
-            f"--vary: wanted 2 to {MOST_VALUES} values, got {len(values)}: {text!r}"
-        )
+        raise SimbenchError(f"--vary: expected different values, got {text!r}")
+    _check_count(text, len(values))
     return Axis(dial, tuple(values))
 
 
 def is_harder_upwards(dial: str) -> bool:
-    """Whether following is expected to be harder the higher the dial.
+    """Return whether tracking is expected to be harder the higher the dial.
 
     Examples
     --------
@@ -207,9 +199,9 @@ def is_harder_upwards(dial: str) -> bool:
 
 
 def is_off(dial: str, requested: float, achieved: float) -> bool:
-    """Whether a sequence misses its dial by more than the tolerance.
+    """Return whether a sequence misses its dial by more than the tolerance.
 
-    See `simbench.scenarios.achieved_dials.TOLERANCE`; 1 % for dials that it lacks.
+    See `simbench.scenarios.achieved_dials.TOLERANCE`; 1 % for other dials.
 
     Examples
     --------
@@ -217,21 +209,27 @@ def is_off(dial: str, requested: float, achieved: float) -> bool:
     (False, True)
     """
     if dial in ("occlusion.frames", "occlusion.count") and achieved == 0:
-        return False  # where hidden is 0 too; else it would not have been filmed
+        return False  # only possible if ``hidden`` is 0 too
     share, number = TOLERANCE.get(dial, (0.01, 0.0))
     allowed = share * abs(requested) + number
     return abs(achieved - requested) > allowed + _ROUND_OFF
 
 
-def _steps(text: str, first: Decimal, last: Decimal, step: Decimal) -> list[float]:
-    """Return the values of a range, counted in decimals so that none carries noise."""
+def _range_values(
+    text: str, first: Decimal, last: Decimal, step: Decimal
+) -> list[float]:
+    """Return the values of a range, in decimal arithmetic to avoid float noise."""
     if step <= 0 or last < first:
         raise SimbenchError(
-            f"--vary: a range must go up by a step above 0, got {text!r}"
+            f"--vary: expected a range that goes up by a step above 0, got {text!r}"
         )
     count = int((last - first) / step) + 1
-    if count > MOST_VALUES:
-        raise SimbenchError(
-            f"--vary: wanted 2 to {MOST_VALUES} values, got {count}: {text!r}"
-        )
+    _check_count(text, count)
     return [float(first + index * step) for index in range(count)]
+
+
+def _check_count(text: str, count: int) -> None:
+    if not 2 <= count <= MAX_VALUES:
+        raise SimbenchError(
+            f"--vary: expected 2 to {MAX_VALUES} values, got {count}: {text!r}"
+        )

@@ -1,4 +1,4 @@
-"""What a sweep found: scores by value of the dial, and where trackers break."""
+"""Results of a sweep: scores by value of the dial, and breaking points."""
 
 from __future__ import annotations
 
@@ -29,11 +29,14 @@ _POINT_TYPES: Final = {
     "off": "int64",
     "reason": "str",
     **{
-        f"{measure}.{what}": "float64"
+        f"{measure}.{statistic}": "float64"
         for measure in MEASURES
-        for what in ("mean", "low", "high")
+        for statistic in ("mean", "low", "high")
     },
 }
+_DIAL_COLUMNS: Final = ("requested.{}", "achieved.{}") + tuple(
+    f"achieved.{{}}.{end}" for end in ("min", "max")
+)
 _BREAKING_TYPES: Final = {
     "tracker": "str",
     "dial": "str",
@@ -55,19 +58,19 @@ class SweepScores:
     ----------
     sweep : Sweep
     points : DataFrame
-        One row a tracker and point of the grid: ``tracker``, ``variant``; for each
+        One row per tracker and point of the grid: ``tracker``, ``variant``; for each
         dial ``requested.<dial>`` and, over the sequences, the mean
         ``achieved.<dial>`` with ``achieved.<dial>.min`` and ``.max`` (as requested
-        where sequences do not tell); how many ``seeds`` have a sequence, on how many
-        it is ``off`` a dial by more than the tolerance, and how many are ``missing``
-        one, with the ``reason``; then, for each of `MEASURES`, the mean over seeds
-        ``<measure>.mean`` and its bootstrap interval ``.low`` and ``.high``, NaN where
-        there is none.
+        where the achieved value is unknown); the numbers of ``seeds`` with a sequence,
+        of those ``off`` a dial by more than the tolerance, and of those with a
+        ``missing`` sequence, with the ``reason``; then, for each of `MEASURES`, the
+        mean over seeds ``<measure>.mean`` and its bootstrap interval ``.low`` and
+        ``.high``, NaN where unknown.
     breaking : DataFrame
-        One row a tracker and, where a second dial was turned, value of it: as
-        `simbench.evaluation.breaking_point.BreakingPoint`, for the first dial;
-        ``dial``, its name; ``other``, the second dial's value, else NaN. No row where
-        no sequence could be made.
+        One row per tracker and, if there is a second dial, value of it: the fields of
+        `simbench.evaluation.breaking_point.BreakingPoint` for the first dial; ``dial``,
+        its name; ``other``, the second dial's value, else NaN. No row if no sequence
+        could be generated.
     """
 
     sweep: Sweep
@@ -76,7 +79,7 @@ class SweepScores:
 
     @classmethod
     def read(cls, folder: Path, sweep: Sweep) -> SweepScores:
-        """Read what `write` wrote.
+        """Read the two tables that `write` wrote.
 
         Raises
         ------
@@ -84,20 +87,15 @@ class SweepScores:
             If a table is missing, unreadable, or lacks a column.
         """
         dials = {
-            f"{kind}.{dial}": "float64"
-            for kind in ("requested", "achieved")
+            column.format(dial): "float64"
+            for column in _DIAL_COLUMNS
             for dial in sweep.dials
-        }
-        dials |= {
-            f"achieved.{dial}.{end}": "float64"
-            for dial in sweep.dials
-            for end in ("min", "max")
         }
         points = read_table(folder / _POINTS_FILE, {**_POINT_TYPES, **dials})
         return cls(sweep, points, read_table(folder / _BREAKING_FILE, _BREAKING_TYPES))
 
     def write(self, folder: Path) -> None:
-        """Write ``sweep.parquet`` and ``breaking_points.parquet``, each of them whole.
+        """Write ``sweep.parquet`` and ``breaking_points.parquet``, each atomically.
 
         Raises
         ------
@@ -109,7 +107,7 @@ class SweepScores:
 
     @property
     def trackers(self) -> list[str]:
-        """Labels, in the order of the run."""
+        """Labels of the trackers, in the order of the run."""
         return list(self.points["tracker"].drop_duplicates())
 
 
@@ -129,20 +127,22 @@ def sweep_scores(
     Returns
     -------
     SweepScores
-        Repetitions on a seed are averaged first. Sequences that could not be made
-        have no part in any mean; a tracker that failed has, with what it scored.
+        Repetitions on a seed are averaged first. Sequences that could not be generated
+        are excluded from every mean; failed trackers are included with their scores.
     """
     by_seed = _by_seed(runs, sweep)
     facts = {
-        variant: _facts(variant, runs, by_seed, sweep) for variant in sweep.points()
+        variant: _sequence_facts(variant, runs, by_seed, sweep)
+        for variant in sweep.points()
     }
-    points, breaking = [], []
+    points: list[dict[str, Any]] = []
+    breaking: list[dict[str, Any]] = []
     for tracker, rows in by_seed.groupby("tracker", sort=False):
         by_variant = dict(list(rows.groupby("variant", sort=False)))
-        for variant, told in facts.items():
-            spread = _spreads(by_variant[variant], rng)
-            points.append({"tracker": tracker, "variant": variant, **told, **spread})
-        breaking += list(_breaking(str(tracker), rows, sweep, rng))
+        for variant, shared in facts.items():
+            means = _means(by_variant[variant], rng)
+            points.append({"tracker": tracker, "variant": variant, **shared, **means})
+        breaking += _breaking_points(str(tracker), rows, sweep, rng)
     return SweepScores(
         sweep,
         pd.DataFrame(points),
@@ -151,44 +151,41 @@ def sweep_scores(
 
 
 def _by_seed(runs: pd.DataFrame, sweep: Sweep) -> pd.DataFrame:
-    """Return a row a tracker, variant and seed: measures, and the dials achieved."""
-    asked = sweep.points()
+    """Return one row per tracker, variant and seed: measures, and achieved dials."""
+    points = sweep.points()
     by_seed = seed_means(runs, MEASURES)
+    sequences = pd.MultiIndex.from_frame(by_seed[["variant", "seed"]])
     for index, dial in enumerate(sweep.dials):
-        requested = by_seed["variant"].map({v: at[index] for v, at in asked.items()})
+        values = {variant: point[index] for variant, point in points.items()}
+        requested = by_seed["variant"].map(values)
         column = f"achieved.{dial}"
-        by_seed[f"requested.{dial}"] = requested
+        by_seed[f"requested.{dial}"] = by_seed[column] = requested
         if column in runs:
-            # not every row tells: a killed tracker's knows nothing of its sequence
-            known = runs.groupby(["variant", "seed"])[column].max()
-            found = known.reindex(
-                pd.MultiIndex.from_frame(by_seed[["variant", "seed"]])
-            )
-            by_seed[column] = np.where(found.isna(), requested, found)
-        else:
-            by_seed[column] = requested
+            # the rows of killed trackers lack it
+            known = runs.groupby(["variant", "seed"])[column].max().reindex(sequences)
+            by_seed[column] = np.where(known.isna(), requested, known)
     return by_seed
 
 
-def _facts(
+def _sequence_facts(
     variant: str, runs: pd.DataFrame, by_seed: pd.DataFrame, sweep: Sweep
 ) -> dict[str, Any]:
-    """Return what the sequences of one point have in common for all trackers."""
-    mine = runs[runs["variant"] == variant].drop_duplicates("seed")
-    missing = mine[mine["success_50"].isna() & (mine["status"] != "ok")]
+    """Return the columns of one point that do not depend on the tracker."""
+    of_point = runs[runs["variant"] == variant].drop_duplicates("seed")
+    missing = of_point[of_point["success_50"].isna() & (of_point["status"] != "ok")]
     made = by_seed[(by_seed["variant"] == variant)].drop_duplicates("seed")
     made = made[~made["seed"].isin(missing["seed"])]
-    told: dict[str, Any] = {}
+    dials: dict[str, Any] = {}
     off = np.zeros(len(made), dtype=np.bool_)
     for dial, value in zip(sweep.dials, sweep.points()[variant], strict=True):
         achieved = made[f"achieved.{dial}"].astype(np.float64)
-        told[f"requested.{dial}"] = value
-        told[f"achieved.{dial}"] = achieved.mean()
-        told[f"achieved.{dial}.min"] = achieved.min()
-        told[f"achieved.{dial}.max"] = achieved.max()
+        dials[f"requested.{dial}"] = value
+        dials[f"achieved.{dial}"] = achieved.mean()
+        dials[f"achieved.{dial}.min"] = achieved.min()
+        dials[f"achieved.{dial}.max"] = achieved.max()
         off |= np.array([is_off(dial, value, one) for one in achieved], dtype=np.bool_)
     return {
-        **told,
+        **dials,
         "seeds": len(made),
         "missing": len(missing),
         "off": int(off.sum()),
@@ -196,17 +193,17 @@ def _facts(
     }
 
 
-def _spreads(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, float]:
-    spreads = {}
+def _means(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, float]:
+    means = {}
     for measure in MEASURES:
         low, high = bootstrap_interval(rows[measure], rng)
-        spreads[f"{measure}.mean"] = float(rows[measure].mean())
-        spreads[f"{measure}.low"] = low
-        spreads[f"{measure}.high"] = high
-    return spreads
+        means[f"{measure}.mean"] = float(rows[measure].mean())
+        means[f"{measure}.low"] = low
+        means[f"{measure}.high"] = high
+    return means
 
 
-def _breaking(
+def _breaking_points(
     tracker: str, rows: pd.DataFrame, sweep: Sweep, rng: np.random.Generator
 ) -> Iterator[dict[str, Any]]:
     dial, *others = sweep.dials

@@ -1,4 +1,4 @@
-"""From a request to its tasks: what to film, what to follow, where results go."""
+"""The tasks of a request: sequences to generate, tracker runs, and their folders."""
 
 from __future__ import annotations
 
@@ -10,13 +10,7 @@ from typing import Literal
 from simbench.core.errors import DatasetError
 from simbench.datasets.native import read_sequence
 from simbench.evaluation.scores import Scores, score_failure, score_missing
-from simbench.experiments.request import (
-    Request,
-    full_name,
-    path_safe,
-    spec_text,
-    track_seed,
-)
+from simbench.experiments.request import Request, path_safe, spec_text
 from simbench.experiments.run_folder import RunFolder
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
@@ -36,7 +30,7 @@ class TrackTask:
     ----------
     scenario : Scenario
     seed : int
-        That of the sequence.
+        Of the sequence.
     sequence : Path
         Folder of the sequence.
     tracker : TrackerSpec
@@ -53,44 +47,35 @@ class TrackTask:
     part: Path
 
     def scores(self) -> Scores | None:
-        """Return what was reached, or None where that is not known yet."""
+        """Return the stored scores, None where they are missing or unreadable."""
         try:
             return Scores.read(self.part)
-        except (DatasetError, TypeError, ValueError):  # missing, cut off or scrambled
+        except (DatasetError, TypeError, ValueError):
             return None
 
     @property
-    def track_seed(self) -> int:
-        """Seed of the track."""
-        return track_seed(self.seed, self.tracker.label, self.repetition)
-
-    @property
     def title(self) -> str:
-        """What it does, for a person."""
-        return f"{self.tracker.label}: {full_name(self.scenario)}, seed {self.seed}"
+        """One line for the progress display."""
+        return f"{self.tracker.label}: {self.scenario.full_name}, seed {self.seed}"
 
     def failure(self, reason: str) -> Scores:
-        """Return the row of a run that left no track."""
+        """Return the row of a run in which the tracker failed before any track."""
+        try:  # dials may give a sequence another length than its scenario says
+            frame_count = len(read_sequence(self.sequence))
+        except DatasetError:
+            frame_count = self.scenario.frames
         return score_failure(
             scenario=self.scenario.name,
             seed=self.seed,
             tracker=self.tracker.label,
             reason=reason,
-            frame_count=self._frame_count,
+            frame_count=frame_count,
             repetition=self.repetition,
             variant=self.scenario.variant,
         )
 
-    @property
-    def _frame_count(self) -> int:
-        """Frames of the sequence; dials may have given it others than the scenario."""
-        try:
-            return len(read_sequence(self.sequence))
-        except DatasetError:
-            return self.scenario.frames
-
-    def unmade(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
-        """Return the row of a run that no tracker is to blame for: nothing measured."""
+    def missing(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
+        """Return the row of a run without measurement that is no tracker's fault."""
         return score_missing(
             scenario=self.scenario.name,
             seed=self.seed,
@@ -104,7 +89,7 @@ class TrackTask:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceTask:
-    """One sequence to film, and the tracker runs that need it.
+    """One sequence to generate, and the tracker runs that need it.
 
     Attributes
     ----------
@@ -113,49 +98,49 @@ class SequenceTask:
     sequence : Path
         Folder for it.
     is_first : bool
-        Whether it is of the first seed, which the report shows.
-    chases : tuple of TrackTask
+        Whether it has the first seed, which the report shows.
+    track_tasks : tuple of TrackTask
     """
 
     scenario: Scenario
     seed: int
     sequence: Path
     is_first: bool
-    chases: tuple[TrackTask, ...]
+    track_tasks: tuple[TrackTask, ...]
 
     @property
     def title(self) -> str:
-        """What it does, for a person."""
-        return f"filming: {full_name(self.scenario)}, seed {self.seed}"
+        """One line for the progress display."""
+        return f"generating: {self.scenario.full_name}, seed {self.seed}"
 
 
 def plan(request: Request, folder: RunFolder) -> list[SequenceTask]:
     """Return the sequences of a request in order, each with its tracker runs.
 
-    Names on disk hold a digest of everything that makes the result, code included:
-    what is there under its name need not be made again.
+    Folder names contain a digest of everything that decides the result, code included:
+    a result that exists under its name is valid.
     """
     codes = [
         code_digest(*_TRACKING, t.module, type(t.make()).__module__)
         for t in request.trackers
     ]
-    shoots = []
+    tasks = []
     for scenario in request.scenarios:
         for seed in request.seeds:
             key = digest_of(code_digest(_GENERATION), scenario.digest, seed)[:8]
             sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
-            chases = tuple(_chases(request, codes, folder, scenario, seed, sequence))
-            first = seed == request.seeds[0]
-            shoots.append(SequenceTask(scenario, seed, sequence, first, chases))
-    return shoots
+            tracks = tuple(_tracks(request, codes, folder, scenario, seed, sequence))
+            is_first = seed == request.seeds[0]
+            tasks.append(SequenceTask(scenario, seed, sequence, is_first, tracks))
+    return tasks
 
 
 def sequence_stem(scenario: Scenario, seed: int) -> str:
-    """Return how the names of the folders of a scenario and seed begin."""
-    return f"{path_safe(full_name(scenario))}-{seed:04d}"
+    """Return the first part of the folder names of a scenario and seed."""
+    return f"{path_safe(scenario.full_name)}-{seed:04d}"
 
 
-def _chases(
+def _tracks(
     request: Request,
     codes: list[str],
     folder: RunFolder,

@@ -1,4 +1,4 @@
-"""Draw up the report of a run that is over."""
+"""Write the report of a finished run again."""
 
 from __future__ import annotations
 
@@ -12,22 +12,21 @@ from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_axes import Sweep
 from simbench.evaluation.sweep_scores import SweepScores
-from simbench.experiments.grid import Progress
 from simbench.experiments.plan import sequence_stem
-from simbench.experiments.request import full_name
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.generate import finished_sequence, generate
 from simbench.report import write_report
+from simbench.runtime.run_jobs import Progress
 from simbench.scenarios.schema import Scenario
 
 __all__ = ["rebuild_report"]
 
 
 def rebuild_report(path: Path, progress: Progress) -> Path:
-    """Write the report of the run in ``path`` and return where it stands.
+    """Write the report of the run in ``path`` again and return its path.
 
-    The sequences that it shows are those kept in the folder; what is not there is made
-    again from scenario and seed.
+    It shows the sequences that the folder kept; missing ones are generated again from
+    scenario and seed.
 
     Raises
     ------
@@ -37,13 +36,13 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
     folder = RunFolder(path)
     facts = folder.read_facts()
     if not facts.get("finished"):
-        raise DatasetError(f"{path}: the run is not finished; call it again first")
+        raise DatasetError(f"{path}: the run is not finished; repeat its command first")
     scores = Scores.read(path)
     try:
         scenarios = [Scenario.model_validate(s["scenario"]) for s in facts["scenarios"]]
         seed = int(facts["seeds"][0])
-        told = facts.get("sweep")
-        swept = None if told is None else SweepScores.read(path, Sweep.from_facts(told))
+        axes = facts.get("sweep")
+        sweep = None if axes is None else SweepScores.read(path, Sweep.from_facts(axes))
     except (KeyError, IndexError, TypeError, ValidationError, ScenarioError) as error:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"
@@ -52,7 +51,7 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
     names = set(zip(made["scenario"], made["variant"], strict=True))
     shown = [one for one in scenarios if (one.name, one.variant) in names]
     sequences = _sequences(folder, shown, seed, progress)
-    write_report(scores, sequences, facts, folder.report, swept=swept)
+    write_report(scores, sequences, facts, folder.report, swept=sweep)
     return folder.report
 
 
@@ -63,21 +62,20 @@ def _sequences(
     before = 0
     sequences = []
     for scenario in scenarios:
+        title = f"generating: {scenario.full_name}, seed {seed}"
 
-        def tell(
-            done: int, _: int, before: int = before, name: str = full_name(scenario)
-        ) -> None:
-            progress(before + done, frames, f"filming: {name}, seed {seed}")
+        def report(done: int, _: int, before: int = before, title: str = title) -> None:
+            progress(before + done, frames, title)
 
         kept = _kept(folder, scenario, seed)
-        sequences.append(kept or generate(scenario, seed, progress=tell))
+        sequences.append(kept or generate(scenario, seed, progress=report))
         before += scenario.frames
     return sequences
 
 
 def _kept(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:
-    """Return the sequence in the run folder, whichever code made it: it was run on."""
+    """Return the sequence in the run folder, of whatever code version: it was used."""
     stem = glob.escape(sequence_stem(scenario, seed))
-    places = sorted(folder.sequences.glob(f"{stem}-*"))
-    found = (finished_sequence(place, scenario, seed) for place in places)
+    folders = sorted(folder.sequences.glob(f"{stem}-*"))
+    found = (finished_sequence(one, scenario, seed) for one in folders)
     return next(filter(None, found), None)

@@ -1,4 +1,4 @@
-"""The small suite of the regression gate: what it runs stands in the baseline file."""
+"""The suite of the regression gate; its settings are part of the baseline file."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _Some = Annotated[list[T], pydantic.Field(min_length=1)]
 
 @dataclass(frozen=True, slots=True)
 class SuiteScenario:
-    """One scenario of a suite.
+    """One scenario of a regression suite.
 
     Attributes
     ----------
     name : str
         As `load_scenario` takes it.
     frames : int or None
-        Length it is cut to, at least 2; None for all of it.
+        Length to cut it to, at least 2; None for the whole scenario.
     """
 
     name: str
@@ -38,18 +38,18 @@ class SuiteScenario:
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """What the gate runs.
+    """Scenarios, seeds and trackers that the gate runs.
 
     Attributes
     ----------
     scenarios : list of SuiteScenario
-        At least one, as of seeds and trackers.
+        At least one; so for seeds and trackers.
     seeds : list of int
         At least 0.
     trackers : list of str
         As `find_tracker` takes them.
     timeout_s : float, s
-        Wall time of one tracker on one sequence.
+        Wall time limit of one tracker on one sequence.
     """
 
     scenarios: _Some[SuiteScenario]
@@ -64,7 +64,7 @@ class Suite:
         Raises
         ------
         DatasetError
-            If they do not describe one.
+            If they do not describe a suite.
         """
         try:
             return pydantic.TypeAdapter(cls).validate_python(dict(settings))
@@ -74,31 +74,30 @@ class Suite:
             raise DatasetError(f"baseline: {place}: {first['msg']}") from None
 
     def with_trackers(self, trackers: Iterable[str]) -> Suite:
-        """Return the suite with these trackers too, in place of any of their labels.
+        """Return the suite with more trackers; equal labels are replaced.
 
         Raises
         ------
         SimbenchError
             If a tracker cannot be found.
         """
-        wanted = {find_tracker(one).label: one for one in (*self.trackers, *trackers)}
-        return replace(self, trackers=list(wanted.values()))
+        every = (*self.trackers, *trackers)
+        by_label = {find_tracker(one).label: one for one in every}
+        return replace(self, trackers=list(by_label.values()))
 
     def to_settings(self) -> dict[str, Any]:
         """Return the suite as plain data."""
         return asdict(self)
 
     def request(self) -> Request:
-        """Return the run that the suite amounts to.
+        """Return the request that runs the suite.
 
         Raises
         ------
         SimbenchError
             If a scenario or tracker cannot be found.
         """
-        scenarios = [
-            (load_scenario(wanted.name), wanted.frames) for wanted in self.scenarios
-        ]
+        scenarios = [(load_scenario(one.name), one.frames) for one in self.scenarios]
         return Request(
             tuple(s if n is None else s.shortened(n) for s, n in scenarios),
             tuple(find_tracker(tracker) for tracker in self.trackers),
@@ -116,4 +115,4 @@ DEFAULT_SUITE = Suite(
     seeds=[0, 1, 2],
     trackers=["condensation", "directional-45", "dsp", "still"],
 )
-"""What a first baseline is made of: under two minutes on two cores."""
+"""Suite of a first baseline: under two minutes on two cores."""

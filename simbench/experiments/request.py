@@ -1,8 +1,7 @@
-"""What is asked of a run: which scenarios, seeds and trackers, and how often."""
+"""The request of a run: scenarios, seeds, trackers, repetitions and limits."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import re
@@ -20,11 +19,9 @@ from simbench.trackers.find_tracker import TrackerSpec
 
 __all__ = [
     "Request",
-    "full_name",
     "parse_seeds",
     "path_safe",
     "spec_text",
-    "track_seed",
 ]
 
 MAX_SEEDS = 100_000
@@ -47,12 +44,12 @@ class Request:
     timeout_s : float, s
         Wall time one tracker may take over one sequence.
     sweep : Sweep or None
-        Which dials the variants turn, where they are those of a sweep.
+        The swept dials, where the variants are those of a sweep.
 
     Raises
     ------
     SimbenchError
-        If anything is empty, double or out of range.
+        If anything is empty, repeated or out of range.
     """
 
     scenarios: tuple[Scenario, ...]
@@ -63,8 +60,8 @@ class Request:
     sweep: Sweep | None = None
 
     def __post_init__(self) -> None:
-        """Check what a user may have got wrong."""
-        _check_distinct("scenario names", (full_name(s) for s in self.scenarios))
+        """Check values that come from the user."""
+        _check_distinct("scenario names", (s.full_name for s in self.scenarios))
         _check_distinct("tracker labels", (t.label for t in self.trackers))
         _check_distinct("seeds", self.seeds)
         if self.repetitions < 1:
@@ -76,7 +73,7 @@ class Request:
 
     @property
     def digest(self) -> str:
-        """SHA-256 over everything asked for, as hex."""
+        """SHA-256 over the whole request, as hex."""
         return digest_of(
             [scenario.digest for scenario in self.scenarios],
             [spec_text(tracker) for tracker in self.trackers],
@@ -88,26 +85,21 @@ class Request:
 
     @property
     def folder_name(self) -> str:
-        """A name for the run folder: the same for the same request."""
+        """Default name of the run folder: the same for the same request."""
         if self.sweep is not None:
             names = [self.scenarios[0].name, *self.sweep.dials]
             return f"sweep-{path_safe('-'.join(names))}-{self.digest[:8]}"
-        names = [path_safe(full_name(scenario)) for scenario in self.scenarios]
+        names = [path_safe(scenario.full_name) for scenario in self.scenarios]
         shown = "-".join(names[:2]) + ("-and-more" if len(names) > 2 else "")
         return f"{shown}-{self.digest[:8]}"
 
     def rng(self) -> np.random.Generator:
-        """Return the generator of all that is drawn from the run's scores."""
+        """Return the generator for statistics over the run's scores (bootstrap)."""
         return np.random.default_rng(int(self.digest[:16], 16))
 
 
-def full_name(scenario: Scenario) -> str:
-    """Return the name of a scenario with its variant, as a user would write it."""
-    return "@".join(filter(None, (scenario.name, scenario.variant)))
-
-
 def path_safe(name: str) -> str:
-    """Return a name as part of a file's, 80 characters at most.
+    """Return a name in a form that is safe in file names, at most 80 characters.
 
     Examples
     --------
@@ -120,7 +112,7 @@ def path_safe(name: str) -> str:
 
 
 def spec_text(tracker: TrackerSpec) -> str:
-    """Return what a user would write to get this tracker, label and all."""
+    """Return the command line spelling of a tracker, with its label."""
     settings = "".join(
         f"@{name}={json.dumps(value)}" for name, value in tracker.parameters.items()
     )
@@ -160,36 +152,10 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     return tuple(seeds)
 
 
-def track_seed(scenario_seed: int, tracker: str, repetition: int) -> int:
-    """Return the seed of one tracker run.
-
-    It depends on nothing but the three arguments, so neither on the order of the work
-    nor on which other trackers run. Different parameters under one label share it:
-    ``condensation`` and ``condensation=condensation@particles=10`` draw from the same
-    stream.
-
-    Parameters
-    ----------
-    scenario_seed : int
-        Seed of the sequence.
-    tracker : str
-        Label of the tracker.
-    repetition : int
-
-    Returns
-    -------
-    int
-        In [0, 2^32), from `numpy.random.SeedSequence`.
-    """
-    label = int.from_bytes(hashlib.sha256(tracker.encode()).digest()[:8], "big")
-    sequence = np.random.SeedSequence([scenario_seed, label, repetition])
-    return int(sequence.generate_state(1)[0])
-
-
 def _check_distinct(what: str, values: Iterable[object]) -> None:
     counts = Counter(values)
     if not counts:
-        raise SimbenchError(f"{what}: wanted at least one, got none")
+        raise SimbenchError(f"{what}: expected at least one, got none")
     twice = [value for value, count in counts.items() if count > 1]
     if twice:
         raise SimbenchError(f"{what} must differ, got {twice[0]!r} more than once")

@@ -1,4 +1,4 @@
-"""A run from what is asked to the finished run folder."""
+"""Run a request: generate, track, score and report into a run folder."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from typing import Any
 
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
-from simbench.experiments.grid import Progress, finished_scores, run_grid
+from simbench.experiments.grid import finished_scores, run_grid
 from simbench.experiments.request import Request, spec_text
 from simbench.experiments.run_folder import RunFolder
 from simbench.report import write_report
 from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.run_jobs import Progress
 from simbench.runtime.versions import host, versions
 
 __all__ = ["RunResult", "run_experiment", "run_facts"]
@@ -24,7 +25,7 @@ __all__ = ["RunResult", "run_experiment", "run_facts"]
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What came out of a run.
+    """Scores and report of a run.
 
     Attributes
     ----------
@@ -32,7 +33,7 @@ class RunResult:
     report : Path
         The HTML file.
     swept : SweepScores or None
-        What it amounts to as a sweep, if it is one.
+        Summary of the sweep, if the run is one.
     """
 
     scores: Scores
@@ -43,8 +44,8 @@ class RunResult:
     def failures(self) -> list[str]:
         """One line for each run that failed.
 
-        In a sweep, a value that cannot be reached is what was found, no failure, as
-        long as another one can.
+        In a sweep, a value that cannot be reached is a result and no failure, as long
+        as another value can be reached.
         """
         status = self.scores.runs["status"]
         is_failed = status != "ok"
@@ -69,7 +70,7 @@ def run_experiment(
     fresh: bool = False,
     progress: Progress | None = None,
 ) -> RunResult:
-    """Film, follow, score and report; go on where an earlier call stopped.
+    """Generate, track, score and report; continue where an earlier call stopped.
 
     Parameters
     ----------
@@ -77,16 +78,16 @@ def run_experiment(
     path : Path
         Run folder: new, empty, or that of an earlier run.
     command : str
-        What the user typed, for ``run.json``.
+        Command line of the user, for ``run.json``.
     jobs : int
         Worker processes at a time.
     cluster : str
         Address of a Dask scheduler whose workers do the work instead.
     keep_sequences : bool
-        Leave the pictures in ``path/sequences``. Later calls leave them there too, up
-        to one that does all afresh.
+        Keep the sequences in ``path/sequences``. Later calls keep them too, until one
+        with ``fresh``.
     fresh : bool
-        Do again what is done already.
+        Compute everything again.
     progress : callable, optional
 
     Raises
@@ -107,7 +108,7 @@ def run_experiment(
         keep_sequences = keep_sequences or folder.keeps_sequences
         facts = run_facts(request, command, keep_sequences=keep_sequences)
         folder.write_facts(facts)
-        with ThreadPoolExecutor(1) as aside:  # it takes a second, which the work has
+        with ThreadPoolExecutor(1) as aside:  # takes a second
             opengl = aside.submit(opengl_renderer)
             scores, sequences = run_grid(
                 request,
@@ -134,7 +135,7 @@ def run_experiment(
 def run_facts(
     request: Request, command: str, *, keep_sequences: bool
 ) -> dict[str, Any]:
-    """Return what stands in ``run.json`` before anything is done."""
+    """Return the content of ``run.json`` before the run starts."""
     return {
         "command": command,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -167,7 +168,7 @@ def run_facts(
 
 
 def _swept(request: Request, scores: Scores, path: Path) -> SweepScores | None:
-    """Summarise a sweep, and write down what came out."""
+    """Summarise a sweep and write the summary."""
     if request.sweep is None:
         return None
     swept = sweep_scores(scores.runs, request.sweep, request.rng())

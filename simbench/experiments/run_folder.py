@@ -1,15 +1,15 @@
-"""A run folder: what was asked, what is done so far, and what came out.
+"""A run folder: the request, finished parts, and the results of a run.
 
 ::
 
-    run.json         what was asked, versions, seeds, digests, host
+    run.json         request, versions, seeds, digests, host
     scores.parquet   one row a run, frames.parquet one row a frame; written at the end
     report.html
-    sequences/       the pictures, where they are kept
-    parts/           the scores of each task that is done, under the digest of all
-                     that made them; what a repeated command finds there is not redone
-    workers.log      what trackers and simulator printed
-    tmp/             temporary files of the workers, while they work
+    sequences/       generated sequences, where they are kept
+    parts/           scores of each finished task, named by the digest of everything
+                     that decides them; a repeated command reuses them
+    workers.log      output of trackers and simulator
+    tmp/             temporary files of the workers while they run
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ __all__ = ["RunFolder"]
 
 
 class RunFolder:
-    """The files of one run.
+    """Paths and files of one run.
 
     Parameters
     ----------
     path : Path
-        An empty or new folder, or that of an earlier run.
+        New, empty, or the folder of an earlier run.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,12 +48,12 @@ class RunFolder:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Make the folder and keep other runs out of it while the block runs.
+        """Make the folder and lock it against other runs while the block runs.
 
         Raises
         ------
         DatasetError
-            If it cannot be made, holds other things, or another run is writing there.
+            If it cannot be made, holds other files, or another run is writing there.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -64,23 +64,22 @@ class RunFolder:
             ) from None
         if foreign:
             raise DatasetError(
-                f"{self.path}: wanted a new, empty or run folder, found other files"
+                f"{self.path}: expected a new, empty or run folder, found other files"
             )
         with locked(self._lock):
             yield
 
     @contextmanager
-    def workshop(self) -> Iterator[Path]:
-        """Yield an empty folder for temporary files; it goes when the block ends.
+    def scratch(self) -> Iterator[Path]:
+        """Yield an empty folder for temporary files, removed when the block ends.
 
-        What processes that were killed could not remove lies here, and goes with it:
-        now, or where this process is killed too, the next time.
+        Files of killed processes are removed with it, now or by the next run.
         """
         with empty_folder(self.temporary) as temporary:
             yield temporary
 
     def write_facts(self, facts: Mapping[str, Any]) -> None:
-        """Write ``run.json``, whole."""
+        """Write ``run.json`` atomically."""
         with atomic_write(self.path / "run.json") as temporary:
             text = json.dumps(facts, indent=2, allow_nan=False)
             temporary.write_text(text + "\n", encoding="utf-8")
@@ -103,11 +102,11 @@ class RunFolder:
         except ValueError as error:
             raise DatasetError(f"{path}: not valid JSON: {error}") from None
         if not isinstance(facts, dict) or "scenarios" not in facts:
-            raise DatasetError(f"{path}: wanted what a run wrote, found something else")
+            raise DatasetError(f"{path}: expected the file of a run, found another")
         return facts
 
     def forget(self) -> None:
-        """Remove what is done so far, so that all of it is done again."""
+        """Remove all results, so that everything is computed again."""
         for folder in (self.parts, self.sequences):
             shutil.rmtree(folder, ignore_errors=True)
         for file in (self.log, self.path / "run.json"):
@@ -115,14 +114,14 @@ class RunFolder:
 
     @property
     def keeps_sequences(self) -> bool:
-        """Whether a run here was asked to leave its pictures."""
+        """Whether a run here was requested to keep its sequences."""
         try:
             return self.read_facts().get("keep_sequences") is True
         except DatasetError:
             return False
 
     def is_finished(self, digest: str) -> bool:
-        """Whether a run came to its end here, and all that it made can be read.
+        """Whether a run of this request finished here and its results can be read.
 
         Parameters
         ----------

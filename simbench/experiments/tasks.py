@@ -1,4 +1,4 @@
-"""The two things a worker does: film a sequence, and follow a target through one."""
+"""What workers do: generate a sequence, and run a tracker over a sequence."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Literal
 import cv2
 
 from simbench.core.atomic_write import atomic_write_folder
-from simbench.core.errors import ScenarioError, SimbenchError
-from simbench.core.one_line import one_line
+from simbench.core.errors import ScenarioError, SimbenchError, one_line
 from simbench.datasets.native import read_sequence
 from simbench.evaluation.run_tracker import track
 from simbench.evaluation.scores import score
@@ -18,10 +17,10 @@ from simbench.experiments.plan import TrackTask
 from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["film", "follow"]
+__all__ = ["generate_sequence", "run_track"]
 
 
-def film(
+def generate_sequence(
     scenario: Scenario, seed: int, folder: Path, report: ReportProgress
 ) -> tuple[Literal["failed", "unreachable"], str] | None:
     """Generate one sequence into ``folder``.
@@ -29,10 +28,10 @@ def film(
     Returns
     -------
     (status, reason) or None
-        Why there is no sequence: ``unreachable`` where the scenario asks for what
-        cannot be, with one line for the user.
+        Why there is no sequence, in one line: ``unreachable`` where the scenario
+        requests what cannot be reached.
     """
-    # here, so that who only follows loads neither simulator nor renderer
+    # here, so that a process that only tracks loads neither simulator nor renderer
     from simbench.generation.generate import generate
 
     cv2.setNumThreads(1)
@@ -46,28 +45,33 @@ def film(
     return None
 
 
-def follow(chase: TrackTask, timeout_s: float, report: ReportProgress) -> None:
-    """Run a tracker over a sequence on disk and write its scores, whole.
+def run_track(task: TrackTask, timeout_s: float, report: ReportProgress) -> None:
+    """Run a tracker over a sequence on disk and write its scores atomically.
 
     Parameters
     ----------
-    chase : TrackTask
+    task : TrackTask
     timeout_s : float, s
-        Wall time after which the run is given up.
+        Wall time after which the tracker is stopped.
     report : callable
     """
     cv2.setNumThreads(1)
-    sequence = read_sequence(chase.sequence)
+    sequence = read_sequence(task.sequence)
     try:
-        tracker = chase.tracker.make()
+        tracker = task.tracker.make()
     except BaseException as error:  # a tracker's fault is a result
-        expected = isinstance(error, SimbenchError)
-        scores = chase.failure(str(error) if expected else one_line(error))
+        is_ours = isinstance(error, SimbenchError)
+        scores = task.failure(str(error) if is_ours else one_line(error))
     else:
         found = track(
-            tracker, sequence, chase.track_seed, timeout_s=timeout_s, on_frame=report
+            tracker,
+            sequence,
+            task.seed,
+            label=task.tracker.label,
+            repetition=task.repetition,
+            timeout_s=timeout_s,
+            on_frame=report,
         )
-        label = chase.tracker.label
-        scores = score(found, sequence, tracker=label, repetition=chase.repetition)
-    with atomic_write_folder(chase.part) as temporary:
+        scores = score(found, sequence)
+    with atomic_write_folder(task.part) as temporary:
         scores.write(temporary)

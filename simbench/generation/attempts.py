@@ -1,4 +1,4 @@
-"""Takes of a story, until one shows the target at first and what dials ask."""
+"""Attempts at rendering a scenario: other traffic, or a corrected occlusion aim."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simbench.generation.dials.occlusion import TrafficOccludesTargetError
 from simbench.generation.dials.solver import require_reached, solve_dials
 from simbench.render.channel_recorder import ChannelRecorder
 from simbench.render.render_frames import TargetHiddenError, render_frames
-from simbench.scenarios.achieved_dials import TAKES, achieved_dials, missed
+from simbench.scenarios.achieved_dials import MAX_ATTEMPTS, achieved_dials, missed_dials
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, build_stage
 
@@ -23,10 +23,11 @@ __all__ = ["render_in_view", "render_with_dials"]
 
 logger = logging.getLogger(__name__)
 
-_CORRIGIBLE = 0.15
-"""Largest miss of the hidden share that another attempt corrects."""
-_STARTS = 10
-"""Draws of the traffic in search of one that leaves the target in plain view."""
+_CORRECTABLE = 0.15
+"""Largest error of the hidden share that another attempt corrects."""
+_TRAFFIC_SAMPLES = 10
+"""Traffic samples tried until one leaves the target in plain view."""
+_PER_FRAME = "times", "positions", "headings", "pitches", "speeds", "lanes"
 
 
 def render_with_dials(
@@ -37,34 +38,34 @@ def render_with_dials(
     channels: ChannelRecorder | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Stage, Truth]:
-    """Film a story so that its truth shows what its dials ask.
+    """Render a scenario so that its truth shows the values of its dials.
 
-    Where the sequence misses a dial that the rehearsal met, by little, it is made again
-    with its aim corrected by what was missed.
+    Where the rendered hidden share is slightly off the requested one, the scenario is
+    rendered again with a corrected aim.
 
     Parameters
     ----------
     scenario : Scenario
     seed : int
     keep : callable of (index, image)
-        Takes each finished picture; pictures of a sequence rendered again come again.
+        Receives each finished image; those of a later attempt replace earlier ones.
     channels : ChannelRecorder, optional
-        Takes depth and flow, as ``keep`` does pictures.
+        Receives depth and flow, as ``keep`` receives images.
     progress : callable of (done, total), optional
 
     Returns
     -------
     stage : Stage
-        Of the story as filmed: with the causes of what was asked for.
+        As rendered: its scenario has the causes of the requested effects.
     truth : Truth
 
     Raises
     ------
     ScenarioError, TrafficError, RenderError
-        If the story cannot be told, driven or filmed, or a dial cannot be reached.
+        If the scenario cannot be simulated or rendered, or a dial cannot be reached.
     """
-    correction, asked = 0.0, scenario.dials.flat()
-    for _ in range(TAKES):
+    correction, requested = 0.0, scenario.dials.flat().get("occlusion.hidden")
+    for _ in range(MAX_ATTEMPTS):
         stage, truth = render_in_view(
             scenario,
             seed,
@@ -74,12 +75,12 @@ def render_with_dials(
             progress=progress,
         )
         achieved = achieved_dials(truth, stage.scenario)
-        misses = missed(scenario.dials, achieved)
-        off = misses.pop("occlusion.hidden", np.nan)
-        if misses or asked.get("occlusion.hidden") == 0 or not abs(off) < _CORRIGIBLE:
+        misses = missed_dials(scenario.dials, achieved)
+        error = misses.pop("occlusion.hidden", np.nan)
+        if misses or requested == 0 or not abs(error) < _CORRECTABLE:
             break
-        correction -= off
-        logger.info("seed %d: filmed again, aim moved by %.3f", seed, correction)
+        correction -= error
+        logger.info("seed %d: rendered again, aim moved by %.3f", seed, correction)
     require_reached(scenario, achieved)
     return stage, truth
 
@@ -94,16 +95,16 @@ def render_in_view(
     channels: ChannelRecorder | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[Stage, Truth]:
-    """Film the first draw of the traffic that shows the target in the first frame.
+    """Render with the first traffic sample that shows the target in the first frame.
 
     Parameters
     ----------
     scenario : Scenario
     seed : int
     keep : callable of (index, image)
-        Takes each finished picture, see `simbench.render.render_frames.render_frames`.
+        Receives each finished image, see `simbench.render.render_frames.render_frames`.
     frames : int, optional
-        Film the same story, but no further.
+        Render only so many frames of the same scenario instance.
     correction : float
         See `simbench.generation.dials.solver.solve_dials`.
     channels : ChannelRecorder, optional
@@ -112,59 +113,42 @@ def render_in_view(
     Returns
     -------
     stage : Stage
-        As far as it was filmed.
+        Of the rendered frames only.
     truth : Truth
 
     Raises
     ------
     ScenarioError, TrafficError, RenderError
-        If the story cannot be told, driven or filmed.
+        If the scenario cannot be simulated or rendered.
     """
-    skip = 0
-    for draw in range(_STARTS):
+    skip, unfit = 0, SimbenchError()
+    for sample in range(_TRAFFIC_SAMPLES):
+        if sample:
+            logger.info("seed %d: traffic sampled again: %s", seed, unfit)
+        solved = scenario
         try:
-            stage = _told(scenario, seed, skip, correction)
+            solved = solve_dials(scenario, seed, skip=skip, correction=correction)
+            stage = build_stage(solved, seed, skip=skip)
+            skip = stage.trajectories.traffic_redraws + 1
+            stage = _first_frames(stage, frames)
+            truth = render_frames(stage, keep, channels=channels, progress=progress)
+            return stage, truth
         except TrafficOccludesTargetError as error:
-            unfit: SimbenchError = error
-            skip = error.traffic_redraws + 1
-        else:
-            try:
-                shown = _start_of(stage, frames)
-                return shown, render_frames(
-                    shown, keep, channels=channels, progress=progress
-                )
-            except TargetHiddenError as error:
-                unfit = error
-                skip = stage.trajectories.traffic_redraws + 1
-            except RenderError as error:
-                raise _with_reason(error, scenario, stage.scenario) from error
-        if draw < _STARTS - 1:
-            logger.info("seed %d: traffic drawn again: %s", seed, unfit)
+            unfit, skip = error, error.traffic_redraws + 1
+        except TargetHiddenError as error:
+            unfit = error
+        except RenderError as error:
+            fov = solved.camera.fov_rad
+            if fov == scenario.camera.fov_rad:
+                raise
+            raise ScenarioError(
+                f"{error} (dials set camera.fov_rad to {fov:.3g})"
+            ) from error
     raise unfit
 
 
-def _with_reason(error: RenderError, asked: Scenario, told: Scenario) -> SimbenchError:
-    """Say that it was a dial that chose the lens, where it was."""
-    if told.camera.fov_rad == asked.camera.fov_rad:
-        return error
-    fov = told.camera.fov_rad
-    return ScenarioError(f"{error} (dials set camera.fov_rad to {fov:.3g})")
-
-
-def _told(scenario: Scenario, seed: int, skip: int, correction: float) -> Stage:
-    ready = solve_dials(scenario, seed, skip=skip, correction=correction)
-    return build_stage(ready, seed, skip=skip)
-
-
-def _start_of(stage: Stage, frames: int | None) -> Stage:
+def _first_frames(stage: Stage, frames: int | None) -> Stage:
     whole = stage.trajectories
-    start = replace(
-        whole,
-        times=whole.times[:frames],
-        positions=whole.positions[:frames],
-        headings=whole.headings[:frames],
-        pitches=whole.pitches[:frames],
-        speeds=whole.speeds[:frames],
-        lanes=whole.lanes[:frames],
-    )
-    return replace(stage, trajectories=start, cameras=stage.cameras[:frames])
+    start = {name: getattr(whole, name)[:frames] for name in _PER_FRAME}
+    trajectories = replace(whole, **start)
+    return replace(stage, trajectories=trajectories, cameras=stage.cameras[:frames])

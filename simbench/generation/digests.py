@@ -1,9 +1,9 @@
-"""What made a sequence, and digests of what it holds: so that both can be checked.
+"""Digests of the parts of a sequence, and the versions that it was made with.
 
 Four parts have a digest each, since each can differ alone: the ``trajectories`` come
 from SUMO, the ``truth`` from geometry, the ``ids`` (instance masks) from the rasteriser
 and the ``frames`` from its shaders. A digest is a SHA-256, as hex, over names, types,
-shapes and bytes: equal digests mean equal to the bit.
+shapes and bytes: equal digests mean bit-identical parts.
 """
 
 from __future__ import annotations
@@ -33,27 +33,19 @@ __all__ = [
 ]
 
 PARTS = ("trajectories", "truth", "ids", "frames")
-"""What a sequence has a digest of, in the order in which one leads to the next."""
+"""Parts of a sequence with a digest each, in the order in which they depend."""
 
+_TRAJECTORY_ARRAYS = "times", "positions", "headings", "pitches", "speeds", "lanes"
 _MASKS = "masks."
 
 
 @cache
-def _made_with() -> dict[str, str]:
-    from simbench.render.gl.offscreen import describe_context
-
-    opengl = describe_context()
-    drawn_by = f"{opengl['renderer']}, OpenGL {opengl['version']}"
-    processor = {"processor": str(host()["processor"])}
-    return versions() | {"opengl": drawn_by} | processor
-
-
-def made_with() -> dict[str, str]:
+def made_with() -> Mapping[str, str]:
     """Return what decides the bytes of a sequence beside its scenario and seed.
 
     Returns
     -------
-    dict from str to str
+    mapping from str to str
         Versions of Python, simbench, libsumo and so on, ``opengl`` (renderer and
         version, with that of Mesa) and ``processor``: Mesa compiles its shaders for
         the instruction set that it finds.
@@ -63,19 +55,16 @@ def made_with() -> dict[str, str]:
     RenderError
         If no OpenGL context can be opened.
     """
-    return dict(_made_with())
+    from simbench.render.gl.offscreen import describe_context
+
+    opengl = describe_context()
+    renderer = f"{opengl['renderer']}, OpenGL {opengl['version']}"
+    return versions() | {"opengl": renderer, "processor": str(host()["processor"])}
 
 
 def trajectories_digest(trajectories: Trajectories) -> str:
-    """Return the digest of the motion of all vehicles, seen or not."""
-    arrays = {
-        "times": trajectories.times,
-        "positions": trajectories.positions,
-        "headings": trajectories.headings,
-        "pitches": trajectories.pitches,
-        "speeds": trajectories.speeds,
-        "lanes": trajectories.lanes,
-    }
+    """Return the digest of the motion of all vehicles, visible or not."""
+    arrays = {name: getattr(trajectories, name) for name in _TRAJECTORY_ARRAYS}
     facts = {
         "vehicles": [asdict(vehicle) for vehicle in trajectories.vehicles],
         "target": trajectories.target,
@@ -90,33 +79,31 @@ def truth_digests(sequence: Sequence) -> dict[str, str]:
     Parameters
     ----------
     sequence : Sequence
-        The truth takes in the cameras and what hides the target; the ids are the
+        The ``truth`` includes cameras and names of occluders; the ``ids`` are the
         visible instance masks.
 
     Returns
     -------
     dict from str to str
     """
-    arrays = arrays_from_sequence(sequence)
-    ids = {name: array for name, array in arrays.items() if name.startswith(_MASKS)}
-    truth = {name: array for name, array in arrays.items() if name not in ids}
+    truth = arrays_from_sequence(sequence)
+    ids = {name: truth.pop(name) for name in [*truth] if name.startswith(_MASKS)}
     vehicles = sequence.truth.vehicles
-    seen = () if vehicles is None else vehicles.vehicles
     facts = {
         "occluders": list(sequence.truth.occluders),
-        "vehicles": [asdict(vehicle) for vehicle in seen],
+        "vehicles": [asdict(one) for one in vehicles.vehicles] if vehicles else [],
     }
     return {"truth": _digest(truth, facts), "ids": _digest(ids, {})}
 
 
 def frame_digest(image: NDArray[np.uint8]) -> bytes:
-    """Return the SHA-256 of one picture, 32 bytes."""
+    """Return the SHA-256 of one image, 32 bytes."""
     return hashlib.sha256(np.ascontiguousarray(image).data).digest()
 
 
-def frames_digest(of_each: Iterable[bytes]) -> str:
+def frames_digest(frame_digests: Iterable[bytes]) -> str:
     """Return the digest of all frames from those of each, in order."""
-    return hashlib.sha256(b"".join(of_each)).hexdigest()
+    return hashlib.sha256(b"".join(frame_digests)).hexdigest()
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]], facts: Mapping[str, Any]) -> str:

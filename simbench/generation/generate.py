@@ -1,4 +1,4 @@
-"""Making a sequence: traffic, film and truth from one scenario and one seed."""
+"""Generation of one sequence: traffic, images and truth from a scenario and a seed."""
 
 from __future__ import annotations
 
@@ -35,31 +35,27 @@ from simbench.render.channel_recorder import ChannelRecorder
 from simbench.scenarios.achieved_dials import achieved_dials
 from simbench.scenarios.schema import Scenario
 
-__all__ = [
-    "finished_sequence",
-    "generate",
-    "sequence_digest",
-]
+__all__ = ["finished_sequence", "generate", "sequence_digest"]
 
 logger = logging.getLogger(__name__)
 
 
 def sequence_digest(scenario: Scenario, seed: int) -> str:
-    """Return the SHA-256, as hex, of what decides a sequence: scenario and seed."""
+    """Return the SHA-256, as hex, of the scenario and seed of a sequence."""
     return hashlib.sha256(f"{scenario.digest}:{seed}".encode()).hexdigest()
 
 
 def generate(
     scenario: Scenario,
     seed: int,
-    out: Path | None = None,
+    out: Path | str | None = None,
     *,
     channels: Iterable[str] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> Sequence:
-    """Simulate, film and describe one sequence.
+    """Simulate, render and write one sequence with its truth.
 
-    Frames go to disk as they are made, so memory stays flat however long the story.
+    Frames are written to disk as they are rendered: memory does not grow with them.
 
     Parameters
     ----------
@@ -67,12 +63,11 @@ def generate(
         See `simbench.load_scenario`.
     seed : int
         At least 0. The same scenario and seed give the same bytes on one machine.
-    out : Path, optional
-        Folder to write to (made if missing); a sequence that stands there is replaced.
-        By default a temporary folder that is removed when the sequence is no longer
-        used.
+    out : Path or str, optional
+        Folder to write to (made if missing); an existing sequence is replaced. By
+        default a temporary folder that is removed when the sequence is no longer used.
     channels : iterable of str
-        What to record beside the pictures, see `simbench.datasets.channels`: ``depth``,
+        What to record beside the images, see `simbench.datasets.channels`: ``depth``,
         ``flow``.
     progress : callable of (done, total), optional
         Called after every frame.
@@ -85,7 +80,7 @@ def generate(
     Raises
     ------
     ScenarioError, TrafficError, RenderError
-        If the story cannot be told, driven or filmed.
+        If the scenario cannot be simulated or rendered.
     DatasetError
         If the folder cannot be written, or a channel is not known.
     ValueError
@@ -100,21 +95,23 @@ def generate(
     """
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
-    asked = require_known(channels)
+    channels = require_known(channels)
     owner = None
     if out is None:
         owner = tempfile.TemporaryDirectory(prefix="simbench-sequence-")
-        out = Path(owner.name)
+        out = owner.name
+    out = Path(out)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
     _clear(out)
 
-    pictures: dict[int, bytes] = {}
+    images: dict[int, bytes] = {}
 
     def keep(index: int, image: NDArray[np.uint8]) -> None:
-        pictures[index] = frame_digest(image)
+        images[index] = frame_digest(image)
         write_frame(out, index, image)
 
-    recorder = ChannelRecorder(asked, partial(write_channel, out)) if asked else None
+    write = partial(write_channel, out)
+    recorder = ChannelRecorder(channels, write) if channels else None
     stage, truth = render_with_dials(
         scenario, seed, keep, channels=recorder, progress=progress
     )
@@ -134,12 +131,12 @@ def generate(
         digest=sequence_digest(scenario, seed),
         traffic_redraws=stage.trajectories.traffic_redraws,
         made_with=made_with(),
-        channels=channels_in(out, asked, len(stage.cameras)),
+        channels=channels_in(out, channels, len(stage.cameras)),
     )
     digests = {
         "trajectories": trajectories_digest(stage.trajectories),
         **truth_digests(sequence),
-        "frames": frames_digest(pictures[index] for index in range(len(sequence))),
+        "frames": frames_digest(images[index] for index in range(len(sequence))),
     }
     sequence = replace(sequence, digests=digests)
     write_description(out, sequence)
@@ -147,21 +144,21 @@ def generate(
 
 
 def finished_sequence(folder: Path, scenario: Scenario, seed: int) -> Sequence | None:
-    """Return the sequence in a folder if it is whole, and that of scenario and seed."""
+    """Return the finished sequence of scenario and seed in a folder, or None."""
     try:
         sequence = read_sequence(folder)
     except DatasetError:
         return None
-    is_asked = sequence.digest == sequence_digest(scenario, seed)
-    return sequence if is_asked else None
+    return sequence if sequence.digest == sequence_digest(scenario, seed) else None
 
 
 def _clear(folder: Path) -> None:
-    """Remove an earlier sequence, first of all what calls it finished."""
-    old = [folder / "sequence.json", folder / "truth.npz"]
+    """Remove an earlier sequence, first the file that marks it as finished."""
+    layout_1 = "truth.npz"
+    files = "sequence.json", layout_1, "truth/*.parquet", "frames/[0-9]*.png"
     try:
-        for path in [*old, *(folder / "frames").glob("[0-9]*.png")]:
-            path.unlink(missing_ok=True)
+        for path in [path for pattern in files for path in folder.glob(pattern)]:
+            path.unlink()
         clear_channels(folder)
     except OSError as error:
         raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None

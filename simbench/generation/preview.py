@@ -1,4 +1,4 @@
-"""One frame of a scenario with the truth drawn in, for a person to look at."""
+"""Preview of a scenario: one frame with its ground truth drawn in, as PNG."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from simbench.core.sequence import Truth
 from simbench.generation.attempts import render_in_view
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["draw_truth", "write_picture"]
+__all__ = ["draw_truth", "write_preview"]
 
 _TARGET = (255, 64, 32)
 _OTHERS = (64, 200, 255)
 
 
-def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None:
-    """Film a scenario as far as ``frame`` and write that frame, truth drawn in, as PNG.
+def write_preview(scenario: Scenario, seed: int, frame: int, path: Path) -> None:
+    """Render a scenario up to ``frame`` and write that frame with truth as PNG.
 
     Raises
     ------
@@ -40,8 +40,8 @@ def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None
         last[:] = [image]
 
     _, truth = render_in_view(scenario, seed, keep, frames=frame + 1)
-    picture = draw_truth(last[0], truth, frame)
-    _, encoded = cv2.imencode(".png", picture[..., ::-1])
+    preview = draw_truth(last[0], truth, frame)
+    _, encoded = cv2.imencode(".png", preview[..., ::-1])
     try:
         with atomic_write(path) as temporary:
             temporary.write_bytes(encoded.data)
@@ -50,47 +50,43 @@ def write_picture(scenario: Scenario, seed: int, frame: int, path: Path) -> None
 
 
 def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np.uint8]:
-    """Return a picture with the rims of masks and the boxes drawn.
+    """Return an image with the outlines of masks and the boxes drawn.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
     truth : Truth
     frame : int
-        0-based number of the picture.
+        0-based number of the image.
 
     Returns
     -------
     (H, W, 3) uint8, RGB
-        The target's amodal box is red; rims of masks and visible boxes of all vehicles
-        are blue. What is inside keeps its colours.
+        The target's amodal box is red; mask outlines and visible boxes of all vehicles
+        are blue. Pixels inside keep their colours.
     """
-    picture = image.copy()
+    preview = image.copy()
     vehicles = truth.vehicles
     if vehicles is not None:
         for mask in vehicles.masks[frame].values() if vehicles.masks else ():
-            picture[_rim(mask.to_array())] = _OTHERS
+            preview[_outline(mask.to_array())] = _OTHERS
         for box in vehicles.visible_boxes[frame]:
-            _draw(picture, box, _OTHERS)
-    _draw(picture, truth.boxes[frame], _TARGET)
-    return picture
+            _draw_box(preview, box, _OTHERS)
+    _draw_box(preview, truth.boxes[frame], _TARGET)
+    return preview
 
 
-def _rim(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the outermost pixels of a mask."""
+def _outline(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     inner = cv2.erode(mask.astype(np.uint8), cross, borderValue=1)
-    rim: NDArray[np.bool_] = mask & (inner == 0)
-    return rim
+    outline: NDArray[np.bool_] = mask & (inner == 0)
+    return outline
 
 
-def _draw(
-    picture: NDArray[np.uint8], box: NDArray[np.float64], colour: tuple[int, int, int]
+def _draw_box(
+    image: NDArray[np.uint8], box: NDArray[np.float64], colour: tuple[int, int, int]
 ) -> None:
-    if not np.isfinite(box).all():
-        return
-    left, top, width, height = box
-    # OpenCV counts from pixel centres: the box's outer edge is half a pixel further
-    first = round(left - 0.5), round(top - 0.5)
-    last = round(left + width - 0.5), round(top + height - 0.5)
-    cv2.rectangle(picture, first, last, colour, 1)
+    if np.isfinite(box).all():
+        # OpenCV counts from pixel centres: edges are half a pixel further outside
+        first, last = np.rint([box[:2] - 0.5, box[:2] + box[2:] - 0.5]).astype(int)
+        cv2.rectangle(image, first.tolist(), last.tolist(), colour, 1)

@@ -1,4 +1,4 @@
-"""The report of a run: one HTML file that opens without a network."""
+"""Report of a run: one HTML file that needs no network."""
 
 from __future__ import annotations
 

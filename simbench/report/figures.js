@@ -33,7 +33,7 @@ class Figures {
     }));
     await Plotly.react(plot, traces, structuredClone(figure.layout), {
       displaylogo: false,
-      showSendToCloud: false, // what was measured stays with whoever measured it
+      showSendToCloud: false, // results are not uploaded
       plotlyServerURL: "",
       responsive: true,
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],

@@ -1,4 +1,4 @@
-"""The figures of a chapter: curves over thresholds, and what happens by frame."""
+"""Figures of a chapter: curves over thresholds, and values by frame."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from simbench.report.plotting import (
     Figure,
     band,
     base_layout,
-    guide,
+    dotted_line,
     line,
-    plain,
+    rounded,
 )
 from simbench.report.sections import ReportSection
 
@@ -31,48 +31,40 @@ __all__ = [
     "success",
 ]
 
-_HIDDEN: Final = 0.95  # a target seen to a lesser share counts as occluded
-_ERROR_FLOOR_PX: Final = 0.1  # a logarithmic axis has no zero
+_OCCLUDED_BELOW: Final = 0.95  # visible share
+_MIN_ERROR_PX: Final = 0.1  # a logarithmic axis has no zero
 
 
-def success(part: ReportSection, looks: Mapping[str, Style]) -> Figure:
+def success(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
     """Return the success curves: mean over seeds, band of one standard deviation."""
-    figure = _curves(
-        part, looks, "overlap", measures.success_curve, measures.SUCCESS_THRESHOLDS
-    )
-    figure["layout"] |= base_layout("overlap threshold", "share of frames", 340)
-    figure["layout"]["xaxis"] |= {"range": [0, 1], "dtick": 0.2}
-    figure["layout"]["shapes"] = [guide(0.5)]
-    return figure
+    bounds = measures.SUCCESS_THRESHOLDS
+    traces = _curves(section, styles, "overlap", measures.success_curve, bounds)
+    layout = base_layout("overlap threshold", "share of frames", 340)
+    layout["xaxis"] |= {"range": [0, 1], "dtick": 0.2}
+    layout["shapes"] = [dotted_line("x", 0.5)]
+    return {"data": traces, "layout": layout}
 
 
-def precision(part: ReportSection, looks: Mapping[str, Style]) -> Figure:
+def precision(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
     """Return the precision curves: mean over seeds, band of one standard deviation."""
-    figure = _curves(
-        part,
-        looks,
-        "center_error_px",
-        measures.precision_curve,
-        measures.PRECISION_THRESHOLDS,
-    )
-    figure["layout"] |= base_layout(
-        "centre error threshold [px]", "share of frames", 340
-    )
-    figure["layout"]["xaxis"] |= {"range": [0, 50], "dtick": 10}
-    figure["layout"]["shapes"] = [guide(20.0)]
-    return figure
+    column, bounds = "center_error_px", measures.PRECISION_THRESHOLDS
+    traces = _curves(section, styles, column, measures.precision_curve, bounds)
+    layout = base_layout("centre error threshold [px]", "share of frames", 340)
+    layout["xaxis"] |= {"range": [0, 50], "dtick": 10}
+    layout["shapes"] = [dotted_line("x", 20.0)]
+    return {"data": traces, "layout": layout}
 
 
 def error_by_frame(
-    tracks: Mapping[str, pd.DataFrame], looks: Mapping[str, Style]
+    tracks: Mapping[str, pd.DataFrame], styles: Mapping[str, Style]
 ) -> Figure:
-    """Return the centre error by frame over the visible share of the target.
+    """Return the centre error by frame, above the visible share of the target.
 
     Parameters
     ----------
     tracks : mapping from tracker to DataFrame
         Frames of one sequence, at least one tracker.
-    looks : mapping from tracker to Style
+    styles : mapping from tracker to Style
 
     Returns
     -------
@@ -80,32 +72,8 @@ def error_by_frame(
         The error on a logarithmic axis, errors below 0.1 px drawn as 0.1 px; spans in
         which less than 95 % of the target is visible are shaded.
     """
-    traces = [
-        line(
-            tracker,
-            looks[tracker],
-            frames["frame"].tolist(),
-            np.maximum(frames["center_error_px"].to_numpy(), _ERROR_FLOOR_PX),
-            "%{y:.1f} px",
-        )
-        for tracker, frames in _answered(tracks).items()
-    ]
     truth = next(iter(tracks.values()))
-    visible = 100.0 * truth["visible_fraction"].to_numpy()
-    traces.append(
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": "visible",
-            "x": truth["frame"].tolist(),
-            "y": plain(visible, 0),
-            "yaxis": "y2",
-            "fill": "tozeroy",
-            "fillcolor": "rgba(31, 41, 51, 0.10)",
-            "line": {"color": INK, "width": 1, "shape": "hvh"},
-            "hovertemplate": "%{y} % visible<extra></extra>",
-        }
-    )
+    traces = _lines_by_frame(tracks, styles, "center_error_px", "%{y:.1f} px")
     layout = base_layout("frame", "centre error [px]", 420)
     layout["xaxis"] |= {"anchor": "y2"}
     layout["yaxis"] |= {
@@ -123,32 +91,30 @@ def error_by_frame(
         "dtick": 50,
         "title": {"text": "visible [%]", "font": {"size": 12}},
     }
-    layout["shapes"] = [*_spans(truth), _threshold(20.0)]
+    layout["shapes"] = [*_spans(truth), dotted_line("y", 20.0, "#52606d", "above")]
     layout["hoversubplots"] = "axis"
-    return {"data": traces, "layout": _by_frame(layout, truth)}
+    return {
+        "data": [*traces, _visible_share(truth)],
+        "layout": _by_frame(layout, truth),
+    }
 
 
 def particles_by_frame(
-    tracks: Mapping[str, pd.DataFrame], looks: Mapping[str, Style]
+    tracks: Mapping[str, pd.DataFrame], styles: Mapping[str, Style]
 ) -> Figure | None:
     """Return likelihood evaluations by frame; None if no tracker made any."""
-    traces = [
-        line(
-            tracker,
-            looks[tracker],
-            frames["frame"].tolist(),
-            frames["particles"].to_numpy(dtype=np.float64),
-            "%{y:.0f} particles",
-        )
-        for tracker, frames in _answered(tracks).items()
-        if frames["particles"].any()
-    ]
-    if not traces:
+    used = {
+        tracker: frames
+        for tracker, frames in tracks.items()
+        if frames.loc[_is_answer(frames), "particles"].any()
+    }
+    if not used:
         return None
     truth = next(iter(tracks.values()))
     layout = base_layout("frame", "particles", 280)
     layout["yaxis"] |= {"rangemode": "tozero"}
     layout["shapes"] = _spans(truth)
+    traces = _lines_by_frame(used, styles, "particles", "%{y:.0f} particles")
     return {"data": traces, "layout": _by_frame(layout, truth)}
 
 
@@ -156,8 +122,8 @@ def occluded_spans(frames: pd.DataFrame) -> list[tuple[int, int, float]]:
     """Return first frame, last frame and least visible share of each occluded span."""
     known = np.nan_to_num(frames["visible_fraction"].to_numpy(), nan=1.0)
     visible = np.where(frames["absent"], 0.0, known)
-    hidden = visible < _HIDDEN
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], hidden, [False]])))
+    occluded = visible < _OCCLUDED_BELOW
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], occluded, [False]])))
     numbers = frames["frame"].to_numpy()
     return [
         (int(numbers[start]), int(numbers[end - 1]), float(visible[start:end].min()))
@@ -165,52 +131,70 @@ def occluded_spans(frames: pd.DataFrame) -> list[tuple[int, int, float]]:
     ]
 
 
-def _answered(tracks: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
-    """Return the frames that the trackers themselves answered: frame 0 is given."""
+def _is_answer(frames: pd.DataFrame) -> pd.Series[bool]:
+    """Return where the tracker gave a box: the box of frame 0 is given to it."""
+    return frames["left"].notna() & (frames["frame"] > 0)
+
+
+def _lines_by_frame(
+    tracks: Mapping[str, pd.DataFrame],
+    styles: Mapping[str, Style],
+    column: str,
+    hover: str,
+) -> list[dict[str, Any]]:
+    lines = []
+    for tracker, frames in tracks.items():
+        answers = frames[_is_answer(frames)]
+        values = answers[column].to_numpy(dtype=np.float64)
+        if column == "center_error_px":
+            values = np.maximum(values, _MIN_ERROR_PX)
+        numbers = answers["frame"].tolist()
+        lines.append(line(tracker, styles[tracker], numbers, values, hover))
+    return lines
+
+
+def _visible_share(frames: pd.DataFrame) -> dict[str, Any]:
+    """Return the filled curve of the target's visible share, in percent."""
     return {
-        tracker: frames[frames["left"].notna() & (frames["frame"] > 0)]
-        for tracker, frames in tracks.items()
+        "type": "scatter",
+        "mode": "lines",
+        "name": "visible",
+        "x": frames["frame"].tolist(),
+        "y": rounded(100.0 * frames["visible_fraction"].to_numpy(), 0),
+        "yaxis": "y2",
+        "fill": "tozeroy",
+        "fillcolor": "rgba(31, 41, 51, 0.10)",
+        "line": {"color": INK, "width": 1, "shape": "hvh"},
+        "hovertemplate": "%{y} % visible<extra></extra>",
     }
 
 
 def _curves(
-    part: ReportSection,
-    looks: Mapping[str, Style],
+    section: ReportSection,
+    styles: Mapping[str, Style],
     column: str,
     shares: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     thresholds: NDArray[np.float64],
-) -> Figure:
+) -> list[dict[str, Any]]:
+    """Return the bands of all trackers, then their lines."""
     bands, lines = [], []
-    for tracker in part.trackers:
-        over = curve(*part.of_tracker(tracker), column, shares)
+    for tracker in section.trackers:
+        over = curve(*section.of_tracker(tracker), column, shares)
         if over.count == 0:
             continue
-        style = looks[tracker]
-        high = np.minimum(over.mean + over.sd, 1.0)
-        low = np.maximum(over.mean - over.sd, 0.0)
+        style = styles[tracker]
         if over.count > 1:
+            high = np.minimum(over.mean + over.sd, 1.0)
+            low = np.maximum(over.mean - over.sd, 0.0)
             bands.append(band(tracker, style, thresholds, low, high))
         lines.append(
             line(tracker, style, thresholds.tolist(), over.mean, "%{y:.3f}", 4)
         )
-    return {"data": bands + lines, "layout": {}}
-
-
-def _threshold(error_px: float) -> dict[str, Any]:
-    """Mark the centre error up to which a frame counts as precise."""
-    return {
-        "type": "line",
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "y0": error_px,
-        "y1": error_px,
-        "line": {"color": "#52606d", "width": 1, "dash": "dot"},
-    }
+    return bands + lines
 
 
 def _spans(frames: pd.DataFrame) -> list[dict[str, Any]]:
-    """Shade occluded spans, the darker the less is seen of the target."""
+    """Return shaded occluded spans, the darker the less of the target is visible."""
     return [
         {
             "type": "rect",
@@ -228,7 +212,7 @@ def _spans(frames: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _by_frame(layout: dict[str, Any], frames: pd.DataFrame) -> dict[str, Any]:
-    """Return a layout whose x axis is that of a sequence, with one hover label."""
+    """Return a layout whose x axis is the frames, with one hover label for all."""
     axis = {
         "range": [-0.5, float(frames["frame"].max()) + 0.5],
         "unifiedhovertitle": {"text": "frame %{x}"},
@@ -240,4 +224,4 @@ def _log_range(tracks: Mapping[str, pd.DataFrame]) -> list[float]:
     errors = np.concatenate([one["center_error_px"] for one in tracks.values()])
     errors = errors[np.isfinite(errors)]
     most = float(errors.max()) if errors.size else 0.0
-    return [np.log10(_ERROR_FLOOR_PX), round(float(np.log10(max(most, 30.0) * 1.3)), 3)]
+    return [np.log10(_MIN_ERROR_PX), round(float(np.log10(max(most, 30.0) * 1.3)), 3)]

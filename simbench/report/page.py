@@ -1,4 +1,4 @@
-"""The page itself: chapters, tables, figures and pictures put into one HTML file."""
+"""Report page: chapters, tables, figures and pictures in one HTML file."""
 
 from __future__ import annotations
 
@@ -6,39 +6,26 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-import jinja2
 import plotly.offline
 
-from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, tables
-from simbench.report.palette import Style, styles
+from simbench.report.palette import Style, tracker_styles
 from simbench.report.pictures import animation, stills
-from simbench.report.sections import ReportSection, sections, tracker_labels
+from simbench.report.sections import ReportSection, split_scores, tracker_labels
 from simbench.report.sweep_chapter import sweep_chapter
-from simbench.report.tables import sequence_rows
-from simbench.report.text import count
+from simbench.report.text import count, seed_name
+from simbench.report.write_html import FOLDER, write_html
 
 __all__ = ["write_report"]
 
-_FOLDER: Final = Path(__file__).parent
 # All animations together, as text. With plotly (5 MB) and the rest below 15 MB.
 _ANIMATION_BYTES: Final = 7_500_000
 
-_FACTS: Final = (
-    "command",
-    "created",
-    "versions",
-    "host",
-    "seeds",
-    "trackers",
-    "duration_s",
-)
-
-Kept: TypeAlias = Mapping[tuple[str, str, int | None], Sequence]
+Key: TypeAlias = tuple[str, str, int | None]  # scenario, variant, seed
 
 
 def write_report(
@@ -56,17 +43,18 @@ def write_report(
     scores : Scores
         At least one run.
     sequences : iterable of Sequence
-        Those to show in pictures: of each scenario and variant, the first seed that is
-        among them. One without any is reported without pictures.
+        Sequences to show in pictures: of each scenario and variant, the first seed that
+        has one. A scenario without any is reported without pictures.
     run : mapping
-        What was asked, as in ``run.json``: ``command``, ``created``, ``versions``,
+        Facts of the run, as in ``run.json``: ``command``, ``created``, ``versions``,
         ``host``, ``seeds``, ``scenarios`` (each ``name, variant, title, tests,
-        digest``), ``trackers`` (each ``label, spec``), ``duration_s``. What is missing
-        is left out of the page.
+        digest``), ``trackers`` (each ``label, spec``), ``duration_s``. Missing facts
+        are left out of the page.
     out : Path
-        File to write; written whole.
+        File to write, atomically.
     swept : SweepScores, optional
-        What the scores amount to as a sweep: then all variants share one chapter.
+        Scores by value of the dials, if the run is a sweep: then all variants share one
+        chapter.
 
     Raises
     ------
@@ -75,110 +63,98 @@ def write_report(
     """
     if len(scores.runs) == 0:
         raise DatasetError(f"{out}: a report needs at least one run, got none")
-    html = _render(scores, sequences, run, swept)
-    try:
-        with atomic_write(out) as partial:
-            partial.write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise DatasetError(f"{out}: cannot be written: {error.strerror}") from error
-
-
-def _render(
-    scores: Scores,
-    sequences: Iterable[Sequence],
-    run: Mapping[str, Any],
-    swept: SweepScores | None,
-) -> str:
-    parts = sections(scores, run)
+    sections = split_scores(scores, run)
     labels = tracker_labels(scores, run)
-    looks = styles(labels)
-    kept = {(one.name, one.variant, one.seed): one for one in sequences}
+    styles = tracker_styles(labels)
+    by_key = {(one.name, one.variant, one.seed): one for one in sequences}
+    shown = [_first_sequence(section, by_key) for section in sections]
     sweep, chapters = None, []
     if swept is None:
-        chapters = [_chapter(part, looks, kept, len(parts)) for part in parts]
+        budget_bytes = _ANIMATION_BYTES // len(sections)
+        chapters = [
+            _chapter(section, styles, sequence, budget_bytes)
+            for section, sequence in zip(sections, shown, strict=True)
+        ]
+        heading = count(len(sections), "scenario")
     else:
-        found = {part.variant: _filmed(part, kept) for part in parts}
-        filmed = {variant: one for variant, one in found.items() if one is not None}
-        sweep = sweep_chapter(swept, parts, looks, filmed)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_FOLDER),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+        by_variant = {one.variant: one for one in shown if one is not None}
+        sweep = sweep_chapter(swept, sections, styles, by_variant)
+        heading = f"{sweep['name']} by {' and '.join(sweep['dials'])}"
     seeds = scores.runs["seed"].nunique()
-    return environment.get_template("page.html").render(
-        run={**dict.fromkeys(_FACTS), **run},
+    write_html(
+        "page.html",
+        out,
+        run=run,
         heading=", ".join(
             [
-                count(len(parts), "scenario") if sweep is None else _swept_name(sweep),
+                heading,
                 count(len(labels), "tracker"),
                 count(seeds, "seed") if seeds else "recorded data",
             ]
         ),
         chapters=chapters,
         sweep=sweep,
-        parts=parts,
-        sequences=[(part.name, row) for part in parts for row in sequence_rows(part)],
-        looks=looks,
-        overall=tables.overall_rows(parts, labels),
+        sections=sections,
+        sequences=[
+            (section.name, row)
+            for section in sections
+            for row in tables.sequence_rows(section)
+        ],
+        styles=styles,
+        overall=tables.overall_rows(sections, labels),
         failures=tables.failure_rows(scores.runs),
         run_count=len(scores.runs),
         score_columns=tables.SCORE_COLUMNS,
         plotly=plotly.offline.get_plotlyjs(),
-        style=(_FOLDER / "page.css").read_text(encoding="utf-8"),
         scripts=[
-            (_FOLDER / name).read_text(encoding="utf-8")
+            (FOLDER / name).read_text(encoding="utf-8")
             for name in ("figures.js", "player.js", "page.js")
         ],
     )
 
 
-def _swept_name(sweep: Mapping[str, Any]) -> str:
-    return f"{sweep['name']} by {' and '.join(sweep['dials'])}"
-
-
 def _chapter(
-    part: ReportSection, looks: Mapping[str, Style], kept: Kept, of: int
+    section: ReportSection,
+    styles: Mapping[str, Style],
+    sequence: Sequence | None,
+    budget_bytes: int,
 ) -> dict[str, Any]:
-    """Return what the template shows of one of so many scenarios."""
-    by_seed = {seed: part.of_seed(seed) for seed in part.seeds}
-    filmed = _filmed(part, kept)
+    """Return the template's variables of one scenario."""
     by_frame = {
-        "recorded" if seed is None else str(seed): {
-            "error": figures.error_by_frame(tracks, looks),
-            "particles": figures.particles_by_frame(tracks, looks),
+        seed_name(seed): {
+            "error": figures.error_by_frame(tracks, styles),
+            "particles": figures.particles_by_frame(tracks, styles),
         }
-        for seed, tracks in by_seed.items()
-        if tracks
+        for seed in section.seeds
+        if (tracks := section.of_seed(seed))
     }
     player = None
-    if filmed is not None:
-        tracks = by_seed[filmed.seed]
-        player = animation(filmed, tracks, _ANIMATION_BYTES // of)
+    if sequence is not None:
+        player = animation(sequence, section.of_seed(sequence.seed), budget_bytes)
     return {
-        "part": part,
-        "filmed": filmed,
-        "stills": stills(filmed) if filmed is not None else [],
-        "scores": tables.score_rows(part),
-        "dials": tables.dial_rows(part),
-        "failures": tables.failure_rows(part.runs),
+        "section": section,
+        "sequence": sequence,
+        "stills": stills(sequence) if sequence is not None else [],
+        "scores": tables.score_rows(section),
+        "dials": tables.dial_rows(section),
+        "failures": tables.failure_rows(section.runs),
         "has_particles": any(one["particles"] for one in by_frame.values()),
         "seeds": list(by_frame),
         "data": {
             "curves": {
-                "success": figures.success(part, looks),
-                "precision": figures.precision(part, looks),
+                "success": figures.success(section, styles),
+                "precision": figures.precision(section, styles),
             },
             "by_frame": by_frame,
             "player": player,
-            "colors": {tracker: looks[tracker].color for tracker in part.trackers},
+            "colors": {tracker: styles[tracker].color for tracker in section.trackers},
         },
     }
 
 
-def _filmed(part: ReportSection, kept: Kept) -> Sequence | None:
+def _first_sequence(
+    section: ReportSection, by_key: Mapping[Key, Sequence]
+) -> Sequence | None:
     """Return the sequence of the first seed that has one."""
-    wanted = ((part.scenario, part.variant, seed) for seed in part.seeds)
-    return next((kept[key] for key in wanted if key in kept), None)
+    keys = ((section.scenario, section.variant, seed) for seed in section.seeds)
+    return next((by_key[key] for key in keys if key in by_key), None)

@@ -1,4 +1,4 @@
-"""One colour and line style for each tracker, the same all over a report."""
+"""Colour and line style of each tracker, the same in the whole report."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["Style", "styles"]
+__all__ = ["Style", "tracker_styles"]
 
-# Without the palette's black, which stands for the truth, and its yellow, which is
-# lost on white. See Okabe and Ito (2008), "Color universal design".
+# Okabe and Ito (2008), "Color universal design", without black (the ground truth) and
+# yellow (too little contrast on white).
 _OKABE_ITO: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-_FLOOR: Final = "#6B7280"
+_GREY: Final = "#6B7280"
 _DASHES: Final = ("solid", "dash", "dot", "dashdot")
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a tracker is drawn.
+    """Colour and line style of a tracker.
 
     Attributes
     ----------
     color : str
         ``#RRGGBB``.
     dash : {"solid", "dash", "dot", "dashdot"}
-        Line style, which tells apart trackers that share a colour.
+        Line style, which distinguishes trackers that share a colour.
     """
 
     color: str
@@ -36,19 +36,14 @@ class Style:
         return f"rgba({red}, {green}, {blue}, {alpha})"
 
 
-def styles(trackers: Sequence[str]) -> dict[str, Style]:
-    """Return a style for each tracker label, in their order.
+def tracker_styles(trackers: Sequence[str]) -> dict[str, Style]:
+    """Return the style of each tracker label.
 
-    ``still``, the floor of every table, is grey. The others take six colours that
-    colour-blind readers can tell apart, then the same again with dashed lines.
+    The baseline ``still`` is grey. The others get, in their order, six colours that
+    colour-blind readers can distinguish, then the same colours with dashed lines.
     """
-    chosen: dict[str, Style] = {}
-    rank = 0
-    for tracker in trackers:
-        if tracker == "still":
-            chosen[tracker] = Style(_FLOOR, "solid")
-            continue
-        turn, color = divmod(rank, len(_OKABE_ITO))
-        chosen[tracker] = Style(_OKABE_ITO[color], _DASHES[turn % len(_DASHES)])
-        rank += 1
-    return chosen
+    styles = {"still": Style(_GREY, "solid")}
+    for rank, tracker in enumerate(one for one in trackers if one != "still"):
+        cycle, color = divmod(rank, len(_OKABE_ITO))
+        styles[tracker] = Style(_OKABE_ITO[color], _DASHES[cycle % len(_DASHES)])
+    return styles

@@ -2,15 +2,15 @@
 
 // Plays the pictures of a sequence on a canvas with the boxes drawn over them.
 class Player {
-  constructor(figure, film, colors) {
-    this.film = film;
+  constructor(figure, video, colors) {
+    this.video = video;
     this.colors = colors;
     this.hidden = new Set();
     this.canvas = figure.querySelector("canvas");
     this.button = figure.querySelector("[data-play]");
     this.scrubber = figure.querySelector("[data-scrub]");
     this.status = figure.querySelector("[data-status]");
-    this.images = film.images.map((source) => {
+    this.images = video.images.map((source) => {
       const image = new Image();
       image.src = source;
       return image;
@@ -21,7 +21,7 @@ class Player {
       this.pause();
       this.draw();
     });
-    this.canvas.style.aspectRatio = `${film.width} / ${film.height}`;
+    this.canvas.style.aspectRatio = `${video.width} / ${video.height}`;
     new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
 
@@ -29,9 +29,9 @@ class Player {
     return Number(this.scrubber.value);
   }
 
-  // Real time, but never so slow that it looks like stills: 8 pictures a second.
+  // Real time, but at least 8 pictures per second, so that it looks like a video.
   get intervalMs() {
-    const { times } = this.film;
+    const { times } = this.video;
     const real = times.length > 1 ? (1000 * (times.at(-1) - times[0])) / (times.length - 1) : 125;
     return Math.min(Math.max(real, 40), 125);
   }
@@ -69,21 +69,21 @@ class Player {
     const index = this.position;
     const image = this.images[index];
     await image.decode();
-    if (index !== this.position) return; // a later picture was asked for meanwhile
-    const { canvas, film } = this;
+    if (index !== this.position) return; // a later picture was requested meanwhile
+    const { canvas, video } = this;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     canvas.width = Math.round(canvas.clientWidth * ratio);
-    canvas.height = Math.round((canvas.width * film.height) / film.width);
+    canvas.height = Math.round((canvas.width * video.height) / video.width);
     const context = canvas.getContext("2d");
     context.drawImage(image, 0, 0, canvas.width, canvas.height);
-    const scale = canvas.width / film.width;
-    for (const [tracker, boxes] of Object.entries(film.tracks)) {
+    const scale = canvas.width / video.width;
+    for (const [tracker, boxes] of Object.entries(video.tracks)) {
       if (!this.hidden.has(tracker)) this.box(context, boxes[index], scale, ratio, this.colors[tracker], []);
     }
-    if (!this.hidden.has("")) this.box(context, film.truth[index], scale, ratio, "#ffffff", [5 * ratio, 4 * ratio]);
-    const time = film.times[index].toFixed(2);
-    this.status.textContent = `frame ${film.frames[index]} · ${time} s · ${film.visible[index]}`;
-    canvas.dataset.frame = film.frames[index];
+    if (!this.hidden.has("")) this.box(context, video.truth[index], scale, ratio, "#ffffff", [5 * ratio, 4 * ratio]);
+    const time = video.times[index].toFixed(2);
+    this.status.textContent = `frame ${video.frames[index]} · ${time} s · ${video.visible[index]}`;
+    canvas.dataset.frame = video.frames[index];
   }
 
   box(context, box, scale, ratio, color, dash) {

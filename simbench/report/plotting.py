@@ -1,7 +1,7 @@
-"""What all figures are made of: layout, lines and numbers as plotly has them.
+"""Parts of the figures, as plain data: layout, lines, bands and numbers.
 
-A figure is plain data: traces and a layout. Each trace names its tracker in ``meta``,
-by which the page shows and hides it.
+A figure is a list of plotly traces and a layout. Each trace names its tracker in
+``meta``, by which the page shows and hides it.
 """
 
 from __future__ import annotations
@@ -14,22 +14,33 @@ from numpy.typing import NDArray
 
 from simbench.report.palette import Style
 
-__all__ = ["INK", "Figure", "band", "base_layout", "guide", "line", "plain"]
+__all__ = [
+    "GREY",
+    "INK",
+    "Figure",
+    "band",
+    "base_layout",
+    "dotted_line",
+    "line",
+    "rounded",
+    "scatter",
+]
 
 Figure = dict[str, Any]  # plotly's own JSON: {"data": [...], "layout": {...}}
 
 INK: Final = "#1f2933"
+GREY: Final = "#9aa5b1"
 _GRID: Final = "#e5e7eb"
 
 
 def base_layout(x_title: str, y_title: str, height: int) -> dict[str, Any]:
-    """Return the layout that all figures share; shares run from 0 to 1."""
+    """Return the layout that all figures share; shares of frames run from 0 to 1."""
     axis = {
         "gridcolor": _GRID,
-        "linecolor": "#9aa5b1",
+        "linecolor": GREY,
         "showline": True,
         "ticks": "outside",
-        "tickcolor": "#9aa5b1",
+        "tickcolor": GREY,
         "ticklen": 4,
         "zeroline": False,
     }
@@ -53,6 +64,12 @@ def base_layout(x_title: str, y_title: str, height: int) -> dict[str, Any]:
     }
 
 
+def scatter(tracker: str, **properties: Any) -> dict[str, Any]:
+    """Return a scatter trace of one tracker, drawn as a line unless ``mode`` is set."""
+    trace = {"type": "scatter", "mode": "lines", "meta": {"tracker": tracker}}
+    return trace | properties
+
+
 def line(
     tracker: str,
     style: Style,
@@ -61,17 +78,15 @@ def line(
     hover: str,
     decimals: int = 2,
 ) -> dict[str, Any]:
-    """Return the line of one tracker, with what to say where it is pointed at."""
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": tracker,
-        "x": list(x),
-        "y": plain(y, decimals),
-        "line": {"color": style.color, "width": 2, "dash": style.dash},
-        "hovertemplate": f"{hover}<extra>{tracker}</extra>",
-        "meta": {"tracker": tracker},
-    }
+    """Return the line of one tracker, with the template of its hover label."""
+    return scatter(
+        tracker,
+        name=tracker,
+        x=list(x),
+        y=rounded(y, decimals),
+        line={"color": style.color, "width": 2, "dash": style.dash},
+        hovertemplate=f"{hover}<extra>{tracker}</extra>",
+    )
 
 
 def band(
@@ -81,36 +96,37 @@ def band(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> dict[str, Any]:
-    """Return the band of one tracker, to lie below its line."""
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": plain(np.concatenate([x, x[::-1]]), 4),
-        "y": plain(np.concatenate([high, low[::-1]]), 4),
-        "fill": "toself",
-        "fillcolor": style.faded(0.12),
-        "line": {"width": 0},
-        "hoverinfo": "skip",
-        "meta": {"tracker": tracker},
-    }
+    """Return the band of one tracker, to be drawn below its line."""
+    return scatter(
+        tracker,
+        x=rounded(np.concatenate([x, x[::-1]]), 4),
+        y=rounded(np.concatenate([high, low[::-1]]), 4),
+        fill="toself",
+        fillcolor=style.faded(0.12),
+        line={"width": 0},
+        hoverinfo="skip",
+    )
 
 
-def guide(x: float) -> dict[str, Any]:
-    """Mark the threshold at which the score of a curve is read."""
+def dotted_line(
+    axis: str, value: float, color: str = GREY, layer: str = "below"
+) -> dict[str, Any]:
+    """Return a dotted line through the whole plot at a value of the x or y axis."""
+    other = "y" if axis == "x" else "x"
     return {
         "type": "line",
-        "x0": x,
-        "x1": x,
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "line": {"color": "#9aa5b1", "width": 1, "dash": "dot"},
-        "layer": "below",
+        f"{axis}0": value,
+        f"{axis}1": value,
+        f"{other}ref": "paper",
+        f"{other}0": 0,
+        f"{other}1": 1,
+        "line": {"color": color, "width": 1, "dash": "dot"},
+        "layer": layer,
     }
 
 
-def plain(values: NDArray[np.float64], decimals: int) -> list[float | None]:
-    """Return numbers as JSON has them: rounded, None for what is not finite."""
+def rounded(values: NDArray[np.float64], decimals: int) -> list[float | None]:
+    """Return rounded numbers for JSON; None for what is not finite."""
     return [
         round(value, decimals) if np.isfinite(value) else None
         for value in values.tolist()

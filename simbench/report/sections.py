@@ -1,4 +1,4 @@
-"""The chapters of a report: one for each scenario and variant."""
+"""Split of the scores into sections: one for each scenario and variant."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any
 import pandas as pd
 
 from simbench.evaluation.scores import Scores
-from simbench.report.text import anchor
+from simbench.report.text import anchor, scenario_name
 
-__all__ = ["ReportSection", "sections", "tracker_labels"]
+__all__ = ["ReportSection", "rows_of_seed", "split_scores", "tracker_labels"]
 
 
 @dataclass(frozen=True, slots=True)
 class ReportSection:
-    """What a report knows of one scenario, or of one variant of it.
+    """Scores of one scenario, or of one variant of it, with its description.
 
     Attributes
     ----------
     scenario, variant : str
     title, tests : str
-        What it is called and what it tests; ``tests`` is empty where unknown.
+        Title of the scenario and what it tests; ``tests`` is empty where unknown.
     runs, frames : DataFrame
         Its rows of `simbench.evaluation.scores.Scores`.
     trackers : tuple of str
@@ -42,13 +42,13 @@ class ReportSection:
 
     @property
     def anchor(self) -> str:
-        """Id of the chapter in the page."""
+        """HTML id of the chapter in the page."""
         return anchor("scenario", self.scenario, self.variant)
 
     @property
     def name(self) -> str:
-        """Scenario and variant in one."""
-        return " · ".join(filter(None, (self.scenario, self.variant)))
+        """Scenario and variant as one name."""
+        return scenario_name(self.scenario, self.variant)
 
     def of_tracker(self, tracker: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Return the runs and the frames of one tracker."""
@@ -59,40 +59,45 @@ class ReportSection:
 
     def of_seed(self, seed: int | None) -> dict[str, pd.DataFrame]:
         """Return the frames of the first repetition on a seed, by tracker."""
-        frames = self.frames
-        same = frames["seed"].isna() if seed is None else frames["seed"] == seed
-        chosen = frames[same.fillna(False).astype(bool)]
+        frames = rows_of_seed(self.frames, seed)
         by_tracker = {}
         for tracker in self.trackers:
-            rows = chosen[chosen["tracker"] == tracker]
+            rows = frames[frames["tracker"] == tracker]
             if len(rows):
                 first = rows["repetition"].min()
                 by_tracker[tracker] = rows[rows["repetition"] == first]
         return by_tracker
 
 
-def sections(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
+def rows_of_seed(table: pd.DataFrame, seed: int | None) -> pd.DataFrame:
+    """Return the rows of a seed; of recorded data for None."""
+    seeds = table["seed"]
+    is_same = seeds.isna() if seed is None else (seeds == seed).fillna(False)
+    return table[is_same.astype(bool)]
+
+
+def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
     """Split scores by scenario and variant, in order of appearance."""
-    told = {
+    described = {
         (one.get("name"), one.get("variant", "")): one
         for one in run.get("scenarios", ())
     }
     labels = tracker_labels(scores, run)
-    parts = []
+    frames = scores.frames
+    sections = []
     grouped = scores.runs.groupby(["scenario", "variant"], sort=False)
     for (scenario, variant), runs in grouped:
-        frames = scores.frames
-        same = (frames["scenario"] == scenario) & (frames["variant"] == variant)
-        about = told.get((scenario, variant), {})
+        is_same = (frames["scenario"] == scenario) & (frames["variant"] == variant)
+        description = described.get((scenario, variant), {})
         present = set(runs["tracker"])
-        parts.append(
+        sections.append(
             ReportSection(
                 scenario=str(scenario),
                 variant=str(variant),
-                title=about.get("title") or str(scenario),
-                tests=about.get("tests") or "",
+                title=description.get("title") or str(scenario),
+                tests=description.get("tests") or "",
                 runs=runs,
-                frames=frames[same],
+                frames=frames[is_same],
                 trackers=tuple(label for label in labels if label in present),
                 seeds=tuple(
                     None if pd.isna(seed) else int(seed)
@@ -100,12 +105,13 @@ def sections(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
                 ),
             )
         )
-    return parts
+    return sections
 
 
 def tracker_labels(scores: Scores, run: Mapping[str, Any]) -> list[str]:
-    """Return the labels of all trackers: those of the run first, in their order."""
-    asked = [one["label"] for one in run.get("trackers", ()) if "label" in one]
+    """Return the labels of all trackers that have scores, in the order of the run."""
+    requested = [one["label"] for one in run.get("trackers", ()) if "label" in one]
     present = list(scores.runs["tracker"].drop_duplicates())
-    ordered = [label for label in asked if label in present]
-    return ordered + [label for label in present if label not in ordered]
+    return [label for label in requested if label in present] + [
+        label for label in present if label not in requested
+    ]

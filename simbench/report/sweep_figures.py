@@ -1,8 +1,8 @@
-"""The figures of a sweep: scores against the dial, and maps of two dials."""
+"""Figures of a sweep: scores against the dial, and maps of two dials."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -13,18 +13,47 @@ from scipy.special import expit
 from simbench.evaluation.sweep_axes import is_harder_upwards
 from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report.palette import Style
-from simbench.report.plotting import INK, Figure, band, base_layout, line, plain
-from simbench.report.sweep_text import breaking_words
+from simbench.report.plotting import (
+    INK,
+    Figure,
+    band,
+    base_layout,
+    dotted_line,
+    line,
+    rounded,
+    scatter,
+)
+from simbench.report.sweep_text import describe_breaking_point
 
-__all__ = ["against_dial", "breaking_by_other", "success_map"]
+__all__ = ["breaking_by_other", "score_by_dial", "success_map", "sweep_figures"]
 
 _HALF: Final = 0.5
 _CURVE_POINTS: Final = 60
 
 
-def against_dial(
+def sweep_figures(swept: SweepScores, styles: Mapping[str, Style]) -> dict[str, Figure]:
+    """Return the figures of a sweep of one dial or of two, by name."""
+    if len(swept.sweep.dials) > 1:
+        maps = {
+            f"map-{rank}": success_map(swept, tracker)
+            for rank, tracker in enumerate(swept.trackers)
+        }
+        return {**maps, "breaking": breaking_by_other(swept, styles)}
+    share, usage = "share of frames", "particles per frame"
+    found = {
+        "success": score_by_dial(
+            swept, styles, "success_50", share, height=440, has_breaking=True
+        ),
+        "precision": score_by_dial(swept, styles, "precision_20", share),
+        "area": score_by_dial(swept, styles, "success_auc", share),
+        "particles": score_by_dial(swept, styles, "particles_mean", usage, height=280),
+    }
+    return {name: figure for name, figure in found.items() if figure is not None}
+
+
+def score_by_dial(
     swept: SweepScores,
-    looks: Mapping[str, Style],
+    styles: Mapping[str, Style],
     measure: str,
     title: str,
     *,
@@ -37,7 +66,7 @@ def against_dial(
     ----------
     swept : SweepScores
         Of one dial.
-    looks : mapping from tracker to Style
+    styles : mapping from tracker to Style
     measure : str
         One of `simbench.evaluation.sweep_scores.MEASURES`.
     title : str
@@ -60,6 +89,7 @@ def against_dial(
             measure == "particles_mean" and not rows[f"{measure}.mean"].any()
         ):
             continue
+        style = styles[tracker]
         x = rows[f"achieved.{dial}"].to_numpy(np.float64)
         low, mean, high = (
             rows[f"{measure}.{part}"].to_numpy() for part in ("low", "mean", "high")
@@ -67,24 +97,19 @@ def against_dial(
         known = np.isfinite(low)
         if known.any() and len(x) > 1:
             low, high = np.where(known, (low, high), mean)  # one seed has no interval
-            bands.append(band(tracker, looks[tracker], x, low, high))
-        drawn = line(tracker, looks[tracker], plain_axis(x), mean, "%{y:.3~f}", 4)
-        drawn |= {"mode": "lines+markers", "marker": {"size": 6}}
-        lines.append(drawn)
+            bands.append(band(tracker, style, x, low, high))
+        curve = line(tracker, style, _axis_values(x), mean, "%{y:.3~f}", 4)
+        lines.append(curve | {"mode": "lines+markers", "marker": {"size": 6}})
         if has_breaking:
-            found = swept.breaking[swept.breaking["tracker"] == tracker]
-            marks += [
-                trace
-                for row in found.itertuples()
-                for trace in _breaking_marks(row, looks[tracker])
-            ]
+            for row in _breaking_rows(swept, tracker):
+                marks += _fitted_curve(row, style) + _breaking_marks(row, style)
     if not lines:
         return None
     layout = base_layout(f"{dial}, achieved", title, height)
     if measure == "particles_mean":
         layout["yaxis"] |= {"rangemode": "tozero"}
     if has_breaking:
-        layout["shapes"] = [_half_line()]
+        layout["shapes"] = [dotted_line("y", _HALF, INK)]
     return {"data": [*bands, *lines, *marks], "layout": layout}
 
 
@@ -92,7 +117,7 @@ def success_map(swept: SweepScores, tracker: str) -> Figure:
     """Return success over two dials as a map, with the contour at one half.
 
     The axes are the values achieved, averaged along the other dial; those requested
-    where the achieved ones do not ascend. Points that could not be made are empty.
+    where the achieved ones do not ascend. Points without a sequence are empty.
     """
     first, second = swept.sweep.axes
     rows = swept.points[swept.points["tracker"] == tracker]
@@ -103,183 +128,133 @@ def success_map(swept: SweepScores, tracker: str) -> Figure:
         values="success_50.mean",
         dropna=False,
     ).reindex(index=list(second.values), columns=list(first.values))
-    shares = [plain(row, 3) for row in table.to_numpy(np.float64)]
-    shared = {"x": x, "y": y, "z": shares, "hoverinfo": "skip", "showscale": False}
+    shares = [rounded(row, 3) for row in table.to_numpy(np.float64)]
+    shared = {"x": x, "y": y, "z": shares}
     layout = base_layout(f"{first.dial}, achieved", f"{second.dial}, achieved", 360)
     layout["margin"] |= {"l": 66, "r": 14}
-    return {
-        "data": [
-            {
-                **shared,
-                "type": "heatmap",
-                "zmin": 0,
-                "zmax": 1,
-                "colorscale": [[0, "#f1f4f7"], [0.5, "#7fb3d5"], [1, "#0b3c5d"]],
-                "showscale": True,
-                "colorbar": {"thickness": 10, "dtick": 0.25, "outlinewidth": 0},
-                "hoverinfo": "all",
-                "hovertemplate": f"{first.dial} %{{x:.3~g}}, {second.dial} "
-                "%{y:.3~g}: %{z:.3f}<extra></extra>",
-            },
-            {
-                **shared,
-                "type": "contour",
-                "contours": {
-                    "start": _HALF,
-                    "end": _HALF,
-                    "size": 1,
-                    "coloring": "none",
-                },
-                "line": {"color": "#D55E00", "width": 3, "smoothing": 0},
-            },
-        ],
-        "layout": layout,
+    heatmap = {
+        **shared,
+        "type": "heatmap",
+        "zmin": 0,
+        "zmax": 1,
+        "colorscale": [[0, "#f1f4f7"], [0.5, "#7fb3d5"], [1, "#0b3c5d"]],
+        "showscale": True,
+        "colorbar": {"thickness": 10, "dtick": 0.25, "outlinewidth": 0},
+        "hoverinfo": "all",
+        "hovertemplate": f"{first.dial} %{{x:.3~g}}, {second.dial} "
+        "%{y:.3~g}: %{z:.3f}<extra></extra>",
     }
+    contour = {
+        **shared,
+        "type": "contour",
+        "contours": {"start": _HALF, "end": _HALF, "size": 1, "coloring": "none"},
+        "line": {"color": "#D55E00", "width": 3, "smoothing": 0},
+        "hoverinfo": "skip",
+        "showscale": False,
+    }
+    return {"data": [heatmap, contour], "layout": layout}
 
 
-def breaking_by_other(swept: SweepScores, looks: Mapping[str, Style]) -> Figure:
+def breaking_by_other(swept: SweepScores, styles: Mapping[str, Style]) -> Figure:
     """Return the breaking point of the first dial against the second dial.
 
-    Where it lies beyond or below the range, the mark lies on the edge of it, open.
+    A breaking point outside the range is an open mark on the edge of the range.
     """
     first, second = swept.sweep.dials
     traces = []
     for tracker in swept.trackers:
-        rows = swept.breaking[swept.breaking["tracker"] == tracker]
-        if len(rows) == 0:
+        rows = _breaking_rows(swept, tracker)
+        if not rows:
             continue
-        within = (rows["state"] == "within").to_numpy()
-        places = np.array([_place(row) for row in rows.itertuples()])
-        drawn = line(tracker, looks[tracker], rows["other"].tolist(), places, "", 4)
-        less, more = _error_bars(rows, places)
-        drawn |= {
+        others = [row.other for row in rows]
+        values = np.array([_position(row) for row in rows])
+        symbols = ["circle" if row.state == "within" else "circle-open" for row in rows]
+        trace = line(tracker, styles[tracker], others, values, "", 4) | {
             "mode": "lines+markers",
-            "marker": {
-                "size": 9,
-                "symbol": ["circle" if inside else "circle-open" for inside in within],
-            },
-            "error_y": {
-                "type": "data",
-                "symmetric": False,
-                "array": more,
-                "arrayminus": less,
-                "thickness": 1.2,
-                "width": 4,
-            },
-            "text": [breaking_words(row) for row in rows.itertuples()],
+            "marker": {"size": 9, "symbol": symbols},
+            "error_y": _error_bars(rows, thickness=1.2, width=4),
+            "text": [describe_breaking_point(row) for row in rows],
             "hovertemplate": f"%{{text}}<extra>{tracker}</extra>",
         }
-        traces.append(drawn)
+        traces.append(trace)
     title = f"{first} where success is one half"
     return {"data": traces, "layout": base_layout(second, title, 380)}
 
 
-def plain_axis(values: NDArray[np.float64]) -> list[float]:
-    """Return values of a dial rounded to what an axis can show."""
+def _breaking_rows(swept: SweepScores, tracker: str) -> list[Any]:
+    return list(swept.breaking[swept.breaking["tracker"] == tracker].itertuples())
+
+
+def _axis_values(values: NDArray[np.float64]) -> list[float]:
+    """Return values of a dial rounded to six digits."""
     return [float(f"{value:.6g}") for value in values]
 
 
+def _fitted_curve(row: Any, style: Style) -> list[dict[str, Any]]:
+    """Return the logistic curve fitted to all sequences; empty where there is none."""
+    if not np.isfinite(row.slope) or row.range_high <= row.range_low:
+        return []
+    x = np.linspace(row.range_low, row.range_high, _CURVE_POINTS)
+    y = expit(row.intercept + row.slope * x)
+    look = {"color": style.color, "width": 1, "dash": "dot"}
+    curve = line(row.tracker, style, _axis_values(x), y, "", 4)
+    return [curve | {"hoverinfo": "skip", "line": look}]
+
+
 def _breaking_marks(row: Any, style: Style) -> list[dict[str, Any]]:
-    """Return the fitted curve and, where it crosses one half, the mark of it."""
-    meta = {"tracker": row.tracker}
-    marks: list[dict[str, Any]] = []
-    if np.isfinite(row.slope) and row.range_high > row.range_low:
-        x = np.linspace(row.range_low, row.range_high, _CURVE_POINTS)
-        fitted = line(
-            row.tracker,
-            style,
-            plain_axis(x),
-            expit(row.intercept + row.slope * x),
-            "",
-            4,
-        )
-        fitted |= {
-            "hoverinfo": "skip",
-            "line": {"color": style.color, "width": 1, "dash": "dot"},
-        }
-        marks.append(fitted)
+    """Return the vertical line and the diamond of a breaking point within the range."""
     if row.state != "within":
-        return marks
-    low, high = _ends(row)
-    words = f"{row.tracker}: one half at {breaking_words(row)}"
-    shared = {"type": "scatter", "meta": meta, "name": row.tracker}
-    marks.append(
-        {
-            **shared,
-            "mode": "lines",
-            "x": plain_axis(np.array([row.value, row.value])),
-            "y": [0.0, _HALF],
-            "line": {"color": style.color, "width": 1.5, "dash": "dash"},
-            "hoverinfo": "skip",
-        }
-    )
-    marks.append(
-        {
-            **shared,
-            "mode": "markers",
-            "x": plain_axis(np.array([row.value])),
-            "y": [_HALF],
-            "marker": {
+        return []
+    (x,) = _axis_values(np.array([row.value]))
+    text = f"{row.tracker}: one half at {describe_breaking_point(row)}"
+    return [
+        scatter(
+            row.tracker,
+            name=row.tracker,
+            x=[x, x],
+            y=[0.0, _HALF],
+            line={"color": style.color, "width": 1.5, "dash": "dash"},
+            hoverinfo="skip",
+        ),
+        scatter(
+            row.tracker,
+            name=row.tracker,
+            mode="markers",
+            x=[x],
+            y=[_HALF],
+            marker={
                 "symbol": "diamond",
                 "size": 11,
                 "color": style.color,
                 "line": {"color": "white", "width": 1.5},
             },
-            "error_x": {
-                "type": "data",
-                "symmetric": False,
-                "array": [high - row.value],
-                "arrayminus": [row.value - low],
-                "color": style.color,
-                "thickness": 2,
-                "width": 6,
-            },
-            "hovertemplate": f"{words}<extra></extra>",
-        }
-    )
-    return marks
+            error_x=_error_bars([row], color=style.color, thickness=2, width=6),
+            hovertemplate=f"{text}<extra></extra>",
+        ),
+    ]
 
 
-def _ends(row: Any) -> tuple[float, float]:
-    """Return the interval of a breaking point, cut to the range; empty if unknown."""
-    low = row.value if np.isnan(row.low) else max(row.low, row.range_low)
-    high = row.value if np.isnan(row.high) else min(row.high, row.range_high)
-    return low, high
-
-
-def _place(row: Any) -> float:
+def _position(row: Any) -> float:
+    """Return a breaking point, or the edge of the range that it is beyond."""
     if row.state == "within":
         return float(row.value)
     is_high = (row.state == "beyond") == is_harder_upwards(row.dial)
     return float(row.range_high if is_high else row.range_low)
 
 
-def _error_bars(
-    rows: pd.DataFrame, places: NDArray[np.float64]
-) -> tuple[list[float], list[float]]:
-    low = rows["low"].clip(rows["range_low"], rows["range_high"]).fillna(0.0)
-    high = rows["high"].clip(rows["range_low"], rows["range_high"]).fillna(0.0)
-    known = rows["low"].notna().to_numpy()
-    less = np.where(known, np.maximum(places - low.to_numpy(), 0.0), 0.0)
-    more = np.where(known, np.maximum(high.to_numpy() - places, 0.0), 0.0)
-    return less.tolist(), more.tolist()
+def _error_bars(rows: Sequence[Any], **look: Any) -> dict[str, Any]:
+    """Return the intervals of breaking points, cut to the range; 0 where unknown."""
+    above, below = [], []
+    for row in rows:
+        low, high = np.clip((row.low, row.high), row.range_low, row.range_high)
+        above.append(float(np.fmax(high - _position(row), 0.0)))
+        below.append(float(np.fmax(_position(row) - low, 0.0)))
+    bars = {"type": "data", "symmetric": False, "array": above, "arrayminus": below}
+    return bars | look
 
 
 def _map_axis(rows: pd.DataFrame, dial: str, values: tuple[float, ...]) -> list[float]:
     achieved = rows.groupby(f"requested.{dial}")[f"achieved.{dial}"].mean()
     found = achieved.reindex(list(values)).to_numpy(np.float64)
     ascends = np.isfinite(found).all() and bool((np.diff(found) > 0).all())
-    return plain_axis(found if ascends else np.array(values))
-
-
-def _half_line() -> dict[str, Any]:
-    return {
-        "type": "line",
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "y0": _HALF,
-        "y1": _HALF,
-        "line": {"color": INK, "width": 1, "dash": "dot"},
-        "layer": "below",
-    }
+    return _axis_values(found if ascends else np.array(values))

@@ -1,17 +1,17 @@
-"""The tables of a report, as text ready to be set."""
+"""Tables of a report, as formatted text."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from simbench.evaluation.statistics import spread, summary
-from simbench.report.sections import ReportSection
-from simbench.report.text import count, fixed, plus_minus, share
+from simbench.report.sections import ReportSection, rows_of_seed
+from simbench.report.text import count, fixed, percent, scenario_name, seed_name
 
 __all__ = [
     "SCORE_COLUMNS",
@@ -32,11 +32,11 @@ class Cell:
     ----------
     mean : str
     sd : str
-        Deviation over seeds; empty where there is none.
+        Standard deviation over seeds; empty where there is none.
     is_best : bool
         Whether no other tracker of the column has a better mean.
     level : float, in [0, 1]
-        How strongly to tint it; 0 for not at all.
+        Strength of the tint; 0 for none.
     """
 
     mean: str
@@ -62,27 +62,32 @@ SCORE_COLUMNS: Final = (
     ScoreColumn("precision_20", "Precision", "at 20 px", 3, 1),
     ScoreColumn("norm_precision", "Norm. precision", "at 0.20", 3, 1),
     ScoreColumn("center_error_px", "Centre error", "mean, px", 1, -1),
-    ScoreColumn("particles_mean", "Particles", "mean a frame", 1, 0),
-    ScoreColumn("particles_min", "Particles", "least a frame", 0, 0),
+    ScoreColumn("particles_mean", "Particles", "mean per frame", 1, 0),
+    ScoreColumn("particles_min", "Particles", "min. per frame", 0, 0),
     ScoreColumn("fps", "Speed", "frames/s", 1, 0),
+)
+_OVERALL_COLUMNS: Final = tuple(
+    replace(column, decimals=2)
+    for column in SCORE_COLUMNS
+    if column.measure in ("success_50", "precision_20")
 )
 
 
 def overall_rows(
-    parts: Sequence[ReportSection], trackers: Sequence[str]
+    sections: Sequence[ReportSection], trackers: Sequence[str]
 ) -> list[tuple[str, list[Cell]]]:
     """Return success and precision of every tracker on every scenario.
 
     Returns
     -------
     list of (str, list of Cell)
-        A row a tracker; two cells a scenario, success at 0.5 and precision at 20 px.
-        A tracker that did not run on a scenario has dashes there.
+        One row per tracker; two cells per scenario, success at 0.5 and precision at
+        20 px. A tracker that did not run on a scenario has dashes there.
     """
     columns = [
-        column
-        for part in parts
-        for column in _columns(part, ("success_50", "precision_20"), 2)
+        cells
+        for section in sections
+        for cells in _columns(section, _OVERALL_COLUMNS)[1]
     ]
     return [
         (tracker, [column.get(tracker, Cell(fixed(np.nan, 2))) for column in columns])
@@ -90,12 +95,10 @@ def overall_rows(
     ]
 
 
-def score_rows(part: ReportSection) -> list[tuple[str, int, int, list[Cell]]]:
-    """Return a row a tracker: label, seeds, failed runs, a cell a `SCORE_COLUMNS`."""
-    table = summary(part.runs, [column.measure for column in SCORE_COLUMNS])
-    columns = [_column(table, column) for column in SCORE_COLUMNS]
-    seeds = dict(zip(table["tracker"], table["seeds"], strict=True))
-    failed = dict(zip(table["tracker"], table["failed"], strict=True))
+def score_rows(section: ReportSection) -> list[tuple[str, int, int, list[Cell]]]:
+    """Return by tracker: label, seeds, failed runs, a cell for each `SCORE_COLUMNS`."""
+    table, columns = _columns(section, SCORE_COLUMNS)
+    seeds, failed = table["seeds"].to_dict(), table["failed"].to_dict()
     return [
         (
             tracker,
@@ -103,13 +106,13 @@ def score_rows(part: ReportSection) -> list[tuple[str, int, int, list[Cell]]]:
             failed[tracker],
             [cells[tracker] for cells in columns],
         )
-        for tracker in part.trackers
+        for tracker in section.trackers
     ]
 
 
-def dial_rows(part: ReportSection) -> list[tuple[str, str, str, str]]:
+def dial_rows(section: ReportSection) -> list[tuple[str, str, str, str]]:
     """Return dial, requested, achieved, and the range achieved over the sequences."""
-    by_seed = part.runs.drop_duplicates("seed")
+    by_seed = section.runs.drop_duplicates("seed")
     names = [
         str(column).removeprefix(kind)
         for kind in ("requested.", "achieved.")
@@ -118,50 +121,46 @@ def dial_rows(part: ReportSection) -> list[tuple[str, str, str, str]]:
     ]
     rows = []
     for name in dict.fromkeys(names):
-        asked = spread(_values(by_seed, f"requested.{name}"))
-        got = spread(_values(by_seed, f"achieved.{name}"))
-        span = f"{fixed(got.minimum, 2)} … {fixed(got.maximum, 2)}"
-        rows.append(
-            (
-                name,
-                fixed(asked.mean, 2),
-                plus_minus(got.mean, got.sd, 2),
-                span if got.count > 1 else fixed(np.nan, 2),
-            )
-        )
+        requested = spread(by_seed.get(f"requested.{name}", []))
+        achieved = spread(by_seed.get(f"achieved.{name}", []))
+        mean, limits = fixed(achieved.mean, 2), fixed(np.nan, 2)
+        if not np.isnan(achieved.sd):
+            mean += f" ± {fixed(achieved.sd, 2)}"
+        if achieved.count > 1:
+            limits = f"{fixed(achieved.minimum, 2)} … {fixed(achieved.maximum, 2)}"
+        rows.append((name, fixed(requested.mean, 2), mean, limits))
     return rows
 
 
 def failure_rows(runs: pd.DataFrame) -> list[tuple[str, str, str, str]]:
     """Return scenario, tracker, seed and reason of each failed run."""
     failed = runs[runs["status"] != "ok"]
-    seeds = failed["seed"].astype(str)
+    seeds = [None if pd.isna(seed) else int(seed) for seed in failed["seed"]]
     return [
         (
-            " · ".join(filter(None, (str(run.scenario), str(run.variant)))),
+            scenario_name(str(run.scenario), str(run.variant)),
             str(run.tracker),
-            seed.replace("<NA>", "recorded"),
+            seed_name(seed),
             str(run.reason),
         )
         for run, seed in zip(failed.itertuples(), seeds, strict=True)
     ]
 
 
-def sequence_rows(part: ReportSection) -> list[tuple[str, str, str, str, str, str]]:
-    """Return seed, frames, absent frames, least visible, redraws and digest."""
+def sequence_rows(section: ReportSection) -> list[tuple[str, str, str, str, str, str]]:
+    """Return seed, frames, absent frames, least visible share, redraws and digest."""
     rows = []
-    for seed in part.seeds:
-        same = part.runs["seed"].isna() if seed is None else part.runs["seed"] == seed
-        runs = part.runs[same.fillna(False).astype(bool)]
-        frames = next(iter(part.of_seed(seed).values()), part.frames.iloc[:0])
+    for seed in section.seeds:
+        runs = rows_of_seed(section.runs, seed)
+        frames = next(iter(section.of_seed(seed).values()), section.frames.iloc[:0])
         visible = frames.loc[~frames["absent"], "visible_fraction"].min()
-        # The row of a killed run knows nothing of its sequence: take one that does.
+        # The maximum skips the rows of killed runs, which do not know their sequence.
         rows.append(
             (
-                "recorded" if seed is None else str(seed),
+                seed_name(seed),
                 count(int(runs["frames"].max()), "frame"),
                 str(runs["frames_absent"].max()),
-                share(float(visible)),
+                percent(float(visible)),
                 str(runs["traffic_redraws"].max()),
                 str(runs["digest"].max()),
             )
@@ -170,36 +169,30 @@ def sequence_rows(part: ReportSection) -> list[tuple[str, str, str, str, str, st
 
 
 def _columns(
-    part: ReportSection, measures: Sequence[str], decimals: int
-) -> list[dict[str, Cell]]:
-    table = summary(part.runs, measures)
-    return [
-        _column(table, ScoreColumn(measure, "", "", decimals, 1))
-        for measure in measures
-    ]
+    section: ReportSection, columns: Sequence[ScoreColumn]
+) -> tuple[pd.DataFrame, list[dict[str, Cell]]]:
+    """Return the summary, indexed by tracker, and the cells of each column."""
+    measures = [column.measure for column in columns]
+    table = summary(section.runs, measures).set_index("tracker")
+    return table, [_column(table, column) for column in columns]
 
 
 def _column(table: pd.DataFrame, column: ScoreColumn) -> dict[str, Cell]:
-    means = table[f"{column.measure}.mean"].to_numpy()
-    deviations = table[f"{column.measure}.sd"].to_numpy()
-    decimals = column.decimals if np.nanmax(means, initial=0.0) < 1000.0 else 0
-    # Compared as printed: what reads the same is equally good.
+    means = table[f"{column.measure}.mean"]
+    deviations = table[f"{column.measure}.sd"]
+    decimals = 0 if means.max() >= 1000.0 else column.decimals
+    # Compared as printed: equal texts are equally good.
     signed = (means * column.better).round(decimals)
     is_contest = column.better != 0 and np.isfinite(signed).sum() > 1
-    best = signed == np.nanmax(signed) if is_contest else np.zeros(len(means), bool)
-    is_share = column.better > 0
+    best = signed.max() if is_contest else np.nan
     return {
         str(tracker): Cell(
             fixed(mean, decimals),
             "" if np.isnan(sd) else fixed(sd, decimals),
-            is_best=bool(wins),
-            level=mean if is_share and not np.isnan(mean) else 0.0,
+            is_best=bool(value == best),
+            level=mean if column.better > 0 and not np.isnan(mean) else 0.0,
         )
-        for tracker, mean, sd, wins in zip(
-            table["tracker"], means, deviations, best, strict=True
+        for tracker, mean, sd, value in zip(
+            table.index, means, deviations, signed, strict=True
         )
     }
-
-
-def _values(table: pd.DataFrame, column: str) -> list[float]:
-    return table[column].tolist() if column in table else []

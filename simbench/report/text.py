@@ -1,19 +1,26 @@
-"""Numbers and names as a reader wants them: fixed decimals, a dash where unknown."""
+"""Numbers and names as text: fixed decimals, and a dash for unknown values."""
 
 from __future__ import annotations
 
 import math
 import re
 
-__all__ = ["anchor", "count", "fixed", "plus_minus", "share"]
+__all__ = [
+    "anchor",
+    "count",
+    "fixed",
+    "percent",
+    "scenario_name",
+    "seed_name",
+]
 
 _UNKNOWN = "–"
 
 
 def fixed(value: float, decimals: int) -> str:
-    r"""Return a number with fixed decimals; a dash for NaN, the sign for infinity.
+    r"""Return a number with fixed decimals; a dash for NaN, the symbol for infinity.
 
-    Thousands are set apart by a narrow space that does not break.
+    Thousands are separated by a narrow no-break space.
 
     Examples
     --------
@@ -30,32 +37,19 @@ def fixed(value: float, decimals: int) -> str:
     return text.replace("-", "−").replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
-def plus_minus(mean: float, sd: float, decimals: int) -> str:
-    """Return a mean and the deviation over seeds, where there is one.
-
-    Examples
-    --------
-    >>> plus_minus(0.5, 0.125, 2), plus_minus(0.5, float("nan"), 2)
-    ('0.50 ± 0.12', '0.50')
-    """
-    if math.isnan(mean) or math.isnan(sd):
-        return fixed(mean, decimals)
-    return f"{fixed(mean, decimals)} ± {fixed(sd, decimals)}"
-
-
-def share(value: float) -> str:
+def percent(share: float) -> str:
     """Return a share in [0, 1] as whole percent.
 
     Examples
     --------
-    >>> share(0.234), share(float("nan"))
+    >>> percent(0.234), percent(float("nan"))
     ('23 %', '–')
     """
-    return _UNKNOWN if math.isnan(value) else f"{value:.0%}".replace("%", " %")
+    return _UNKNOWN if math.isnan(share) else f"{share:.0%}".replace("%", " %")
 
 
 def count(number: int, noun: str) -> str:
-    """Return a number of things.
+    """Return a number with its noun, in the plural unless the number is 1.
 
     Examples
     --------
@@ -65,8 +59,18 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
+def scenario_name(scenario: str, variant: str) -> str:
+    """Return scenario and variant, if there is one, as one name."""
+    return " · ".join(filter(None, (scenario, variant)))
+
+
+def seed_name(seed: int | None) -> str:
+    """Return a seed as text; ``recorded`` for None, the seed of recorded data."""
+    return "recorded" if seed is None else str(seed)
+
+
 def anchor(*parts: str) -> str:
-    """Return an id for use in links.
+    """Return an HTML id for links.
 
     Examples
     --------

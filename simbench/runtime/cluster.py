@@ -1,8 +1,8 @@
-"""A crew whose workers are those of a Dask cluster.
+"""A worker pool on a Dask cluster.
 
 Dask cannot stop a task that hangs or crashes its process without losing the worker. So
-each task does its job in a child process, with the same machinery as on one machine: it
-may hang, crash or die there, and its limit of time holds.
+each task runs its job in a child process, with the same pool as on one machine: it may
+hang, crash or die there, and its time limit holds.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from simbench.core.errors import SimbenchError
-from simbench.core.one_line import one_line
+from simbench.core.errors import SimbenchError, one_line
 from simbench.runtime.code_digest import package_digest
 from simbench.runtime.limits import environment
 from simbench.runtime.pool import Job, JobEvent, Pool, WorkerPool
@@ -33,21 +32,21 @@ if TYPE_CHECKING:
 __all__ = ["Cluster", "ClusterError", "open_pool"]
 
 _CONNECT_S = 5.0
-_WORKERS_S = 30.0  # that a cluster may be without any
-_LOOK_EVERY_S = 2.0
-_AHEAD = 2  # jobs for each thread of the cluster: one at work, one that waits there
+_NO_WORKERS_S = 30.0  # how long a cluster may have no workers
+_CHECK_EVERY_S = 2.0
+_JOBS_PER_THREAD = 2  # one that runs and one that waits on the cluster
 
-Ending = tuple[Literal["done", "failed", "died", "timeout", "lost"], Any]
+JobEnd = tuple[Literal["done", "failed", "died", "timeout", "lost"], Any]
 
 
 class ClusterError(SimbenchError):
-    """A cluster that cannot be reached or worked with."""
+    """A cluster that cannot be reached or used."""
 
 
 def open_pool(
     jobs: int, cluster: str, scratch: Path, log: Path, shared: Path | None
 ) -> contextlib.AbstractContextManager[Pool]:
-    """Return workers of this machine or, where an address is given, of a cluster.
+    """Return a pool on this machine or, where an address is given, on a cluster.
 
     Parameters
     ----------
@@ -58,7 +57,7 @@ def open_pool(
     scratch : Path
         Folder for temporary files on this machine.
     log : Path
-        Where what the workers of this machine print goes.
+        File that receives what the workers of this machine print.
     shared : Path or None
         A folder that the workers of a cluster must see as this process does.
     """
@@ -68,7 +67,7 @@ def open_pool(
 
 
 class Cluster:
-    """The workers of a Dask cluster, with the interface of `WorkerPool`.
+    """A pool on the workers of a Dask cluster, with the interface of `WorkerPool`.
 
     Parameters
     ----------
@@ -93,11 +92,11 @@ class Cluster:
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._client: Client = None
         self._threads = 0
-        self._looked = 0.0
-        self._seen = 0.0
+        self._checked_at = 0.0
+        self._had_workers_at = 0.0
 
     def __enter__(self) -> Self:
-        """Connect, and look at the workers."""
+        """Connect, and check the workers."""
         self._client = _connected(self._address)
         try:
             self._wait_for_workers()
@@ -113,7 +112,7 @@ class Cluster:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Take back what is under way; the tasks notice, and end their processes."""
+        """Cancel running tasks; they notice it and end their processes."""
         with contextlib.suppress(Exception):
             self._client.cancel(list(self._jobs), force=True)
         with contextlib.suppress(Exception):
@@ -121,74 +120,74 @@ class Cluster:
 
     @property
     def is_idle(self) -> bool:
-        """Whether no job is under way."""
+        """Whether no job is running."""
         return not self._jobs
 
     @property
     def has_room(self) -> bool:
         """Whether another job may start."""
-        self._look()
-        return len(self._jobs) < _AHEAD * max(self._threads, 1)
+        self._update()
+        return len(self._jobs) < _JOBS_PER_THREAD * max(self._threads, 1)
 
     def start(self, job: Job) -> None:
-        """Hand a job to the cluster."""
-        portrait = _portrait()
-        future = self._client.submit(_perform, job, portrait, pure=False)
+        """Submit a job to the cluster."""
+        identity = _identity()
+        future = self._client.submit(_run_in_child, job, identity, pure=False)
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
     def events(self, within_s: float) -> Iterator[JobEvent]:
-        """Wait until a job ends, at most ``within_s``, and say how."""
-        self._look()
+        """Wait for the end of a job, at most ``within_s`` seconds; yield its event."""
+        self._update()
         with contextlib.suppress(queue.Empty):
             future = self._ended.get(timeout=within_s)
             job = self._jobs.pop(future)
             if future.status not in ("finished", "error"):
                 raise ClusterError(f"{self._address}: the scheduler is lost")
-            kind, value = _ending(future)
+            kind, value = _end_of(future)
             yield JobEvent(job, kind, value)
 
-    def _look(self) -> None:
-        """See now and then how large the cluster is, and whether it is there."""
+    def _update(self) -> None:
+        """Update the size of the cluster, every two seconds, and detect its loss."""
         now = time.monotonic()
-        if now - self._looked < _LOOK_EVERY_S:
+        if now - self._checked_at < _CHECK_EVERY_S:
             return
-        self._looked = now
+        self._checked_at = now
         try:
             self._threads = sum(self._client.nthreads().values())
-        except Exception as error:  # each transport has its own
+        except Exception as error:  # each transport has its own errors
             raise ClusterError(
                 f"{self._address}: the scheduler is lost: {one_line(error)}"
             ) from None
         if self._threads:
-            self._seen = now
-        elif now - self._seen > _WORKERS_S:
+            self._had_workers_at = now
+        elif now - self._had_workers_at > _NO_WORKERS_S:
             raise ClusterError(
-                f"{self._address}: no worker has been there for {_WORKERS_S:.0f} s"
+                f"{self._address}: no worker has been there for {_NO_WORKERS_S:.0f} s"
             )
 
     def _wait_for_workers(self) -> None:
-        self._seen = time.monotonic()
-        self._look()
+        self._had_workers_at = time.monotonic()
+        self._update()
         while not self._threads:
             time.sleep(0.2)
-            self._look()
+            self._update()
 
     def _check_workers(self) -> None:
-        """Refuse workers whose results would not be ours."""
-        portraits = self._client.run(_portrait, on_error="return")
-        for worker, portrait in portraits.items():
-            if not isinstance(portrait, dict):
-                raise ClusterError(f"worker {worker}: {one_line(portrait)}")
-            _require_same(portrait, _portrait(), worker)
+        """Refuse workers whose results would differ from those of this machine."""
+        identities = self._client.run(_identity, on_error="return")
+        for worker, identity in identities.items():
+            if not isinstance(identity, dict):
+                raise ClusterError(f"worker {worker}: {one_line(identity)}")
+            _require_same(identity, _identity(), worker)
         if self._shared is None:
             return
-        seen = self._client.run(_sees, self._shared.absolute())
-        blind = [worker for worker, sees in seen.items() if not sees]
-        if blind:
+        seen = self._client.run(_sees_folder, self._shared.absolute())
+        without_folder = [worker for worker, sees in seen.items() if not sees]
+        if without_folder:
             raise ClusterError(
-                f"worker {blind[0]}: does not see {self._shared.absolute()}: wanted a "
-                "folder that all share, or the URL of one"
+                f"worker {without_folder[0]}: does not see {self._shared.absolute()}: "
+                "expected a folder that all share, or the URL of one"
             )
 
 
@@ -200,29 +199,29 @@ def _connected(address: str) -> Client:
             "a cluster needs Dask: pip install 'simbench-tracking[cluster]'"
         ) from None
     for name in list(logging.root.manager.loggerDict):
-        if name.startswith("distributed"):  # what it says at length is one line here
+        if name.startswith("distributed"):  # its long messages are one line here
             logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        # Knock first: a client that fails to connect is slow to go. In a thread: the
-        # caller's may have a loop of its own that runs, as a notebook's does.
+        # Check first: a client that fails to connect is slow to close. In a thread:
+        # the caller's thread may have a running event loop, as in a notebook.
         with ThreadPoolExecutor(1) as thread:
-            thread.submit(asyncio.run, _knock(address)).result()
+            thread.submit(asyncio.run, _identify_scheduler(address)).result()
         return Client(address, timeout=_CONNECT_S, set_as_default=False)
-    except Exception as error:  # each transport has its own
+    except Exception as error:  # each transport has its own errors
         raise ClusterError(
             f"{address}: no Dask scheduler answers there: {one_line(error)}"
         ) from None
 
 
-async def _knock(address: str) -> None:
+async def _identify_scheduler(address: str) -> None:
     from distributed.core import rpc
 
     async with rpc(address, timeout=_CONNECT_S) as scheduler:
         await asyncio.wait_for(scheduler.identity(), _CONNECT_S)
 
 
-def _portrait() -> dict[str, str]:
-    """Return what decides the bytes that a process makes."""
+def _identity() -> dict[str, str]:
+    """Return the versions that decide the bytes of results, and the code digest."""
     return versions() | {"simbench code": package_digest()[:16]}
 
 
@@ -236,16 +235,16 @@ def _require_same(theirs: Mapping[str, str], ours: Mapping[str, str], who: str) 
             )
 
 
-def _sees(folder: Path) -> bool:
+def _sees_folder(folder: Path) -> bool:
     return folder.is_dir()
 
 
-def _ending(future: Future) -> Ending:
+def _end_of(future: Future) -> JobEnd:
     from distributed import KilledWorker
 
     if future.status == "finished":
-        ending: Ending = future.result()
-        return ending
+        end: JobEnd = future.result()
+        return end
     error = future.exception()
     if isinstance(error, ClusterError):  # nothing is wrong with the job
         raise error
@@ -254,37 +253,40 @@ def _ending(future: Future) -> Ending:
     return "failed", one_line(error)
 
 
-def _perform(job: Job, portrait: dict[str, str]) -> Ending:
-    """Do a job in a child process; this is what runs on the cluster's workers."""
+def _run_in_child(job: Job, identity: dict[str, str]) -> JobEnd:
+    """Run a job in a child process; this runs on the cluster's workers."""
     from distributed import get_worker
 
     worker = get_worker()
     task = worker.get_current_task()
-    _require_same(_portrait(), portrait, worker.address)  # it may have joined late
+    _require_same(_identity(), identity, worker.address)  # it may have joined later
     with tempfile.TemporaryDirectory(prefix="simbench-task-") as scratch:
-        place = Path(scratch)
-        bounds = environment(worker.state.nthreads + 1, place)
-        with _children_allowed(), WorkerPool(1, bounds, place / "workers.log") as crew:
-            crew.start(job)
-            while task in worker.state.tasks and _is_wanted(worker, task):
-                for event in crew.events(within_s=0.5):
+        folder = Path(scratch)
+        variables = environment(worker.state.nthreads + 1, folder)
+        with (
+            _children_allowed(),
+            WorkerPool(1, variables, folder / "workers.log") as pool,
+        ):
+            pool.start(job)
+            while task in worker.state.tasks and _is_needed(worker, task):
+                for event in pool.events(within_s=0.5):
                     if event.kind != "progress":
                         return event.kind, event.value
-    return "lost", "it was called off"
+    return "lost", "it was cancelled"
 
 
-def _is_wanted(worker: Any, task: str) -> bool:
-    """Whether somebody waits for a task: Dask marks those that it cannot stop."""
+def _is_needed(worker: Any, task: str) -> bool:
+    """Whether a task is still needed: Dask marks cancelled ones that it cannot stop."""
     state: str = worker.state.tasks[task].state
     return state not in ("cancelled", "resumed")
 
 
 @contextlib.contextmanager
 def _children_allowed() -> Iterator[None]:
-    """Let a daemon, as Dask's workers are, start processes of its own.
+    """Let a daemon process, as Dask's workers are, start child processes.
 
     multiprocessing forbids it since a daemon's children would be left behind. Ours
-    watch their parent, and leave with it.
+    watch their parent and exit with it.
     """
     config = multiprocessing.current_process()._config  # type: ignore[attr-defined]
     before = config.get("daemon")

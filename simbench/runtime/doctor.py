@@ -1,4 +1,4 @@
-"""What the bench finds on this machine, what is wrong, and which command mends it."""
+"""Check that everything the bench needs is installed and works."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _APT = f"apt-get install {_LIBRARIES}"
 _INSTALL = "pip install simbench-tracking"
 _TIMEOUT_S = 60.0
 
-# Each runs in a process of its own: a library that crashes is an answer too.
-_ASK_OPENGL = """
+# Each runs in its own process: a library that crashes is a result too.
+_CHECK_OPENGL = """
 from simbench.render.gl.offscreen import describe_context
 print(*describe_context().values(), sep=" | ")
 """
-_ASK_SUMO = "import libsumo; print(libsumo.getVersion()[1].removeprefix('SUMO '))"
-_ASK_OPENCV = "import cv2; print(cv2.__version__)"
-_ASK_NUMBA = """
+_CHECK_SUMO = "import libsumo; print(libsumo.getVersion()[1].removeprefix('SUMO '))"
+_CHECK_OPENCV = "import cv2; print(cv2.__version__)"
+_CHECK_NUMBA = """
 import numba
 if numba.njit(lambda x: x + 1)(1) != 2:
     raise SystemExit("compiles, but computes 1 + 1 wrongly")
@@ -38,18 +38,18 @@ print(numba.__version__)
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """One thing looked for.
+    """Result of one check of the installation.
 
     Attributes
     ----------
     name : str
-        What was looked for.
+        What was checked.
     state : {"ok", "missing", "absent"}
-        There; needed and not there; not there, but only nice to have.
+        Present; required and missing; optional and missing.
     found : str
-        Version or description, or one line that says what is wrong.
+        Version or description, or one line about the problem.
     remedy : str
-        Command that mends it; empty where nothing needs mending.
+        Command that repairs it; empty where nothing is wrong.
     """
 
     name: str
@@ -59,14 +59,14 @@ class Diagnosis:
 
 
 def examine() -> list[Diagnosis]:
-    """Look for everything the bench needs or likes, in a few seconds."""
+    """Check everything that the bench requires or can use, in a few seconds."""
     return [
         Diagnosis("Python", "ok", f"{platform.python_version()} in {sys.prefix}"),
         Diagnosis("simbench", "ok", __version__),
-        _asked("SUMO", _ASK_SUMO, _APT),
-        _asked("OpenGL, offscreen", _ASK_OPENGL, _APT),
-        _asked("OpenCV", _ASK_OPENCV, _INSTALL),
-        _asked("numba", _ASK_NUMBA, _INSTALL),
+        _run_check("SUMO", _CHECK_SUMO, _APT),
+        _run_check("OpenGL, offscreen", _CHECK_OPENGL, _APT),
+        _run_check("OpenCV", _CHECK_OPENCV, _INSTALL),
+        _run_check("numba", _CHECK_NUMBA, _INSTALL),
         _installed("pyrender", "pyrender", "pyrender-maintained"),
         Diagnosis("cores", "ok", str(core_count())),
         _chromium(shutil.which),
@@ -75,12 +75,12 @@ def examine() -> list[Diagnosis]:
 
 def opengl_renderer() -> str:
     """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
-    finding = _asked("OpenGL", _ASK_OPENGL, "")
+    finding = _run_check("OpenGL", _CHECK_OPENGL, "")
     return finding.found if finding.state == "ok" else ""
 
 
-def _asked(name: str, program: str, remedy: str) -> Diagnosis:
-    """Run a Python program and take the last line that it prints."""
+def _run_check(name: str, program: str, remedy: str) -> Diagnosis:
+    """Run a Python program; the last line that it prints is the result."""
     try:
         done = subprocess.run(
             [sys.executable, "-c", program],
@@ -114,7 +114,7 @@ def _chromium(which: Callable[[str], str | None]) -> Diagnosis:
         path = which(program)
         if path is not None:
             return Diagnosis("Chromium", "ok", path)
-    note = "not found; only the report's own test wants it"
+    note = "not found; only the report's tests need it"
     return Diagnosis("Chromium", "absent", note, "apt-get install chromium")
 
 

@@ -1,4 +1,4 @@
-"""Having a place for oneself: a lock on it, and a folder for temporary files in it."""
+"""Lock files and scratch folders."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["empty_folder", "locked"]
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a lock file while the block runs; the system lets go of it with the process.
+    """Hold a lock file while the block runs; it is released if the process dies.
 
     Raises
     ------
@@ -32,10 +32,10 @@ def locked(path: Path) -> Iterator[None]:
 
 @contextmanager
 def empty_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder for temporary files; it goes when the block ends.
+    """Yield an empty folder for temporary files, removed when the block ends.
 
-    What processes that were killed could not remove lies here, and goes with it: now,
-    or where this process is killed too, the next time.
+    Files that killed processes left in it are removed too: now or, if this process is
+    killed as well, the next time.
     """
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir(parents=True, exist_ok=True)

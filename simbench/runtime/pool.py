@@ -1,11 +1,11 @@
-"""Worker processes that may hang, crash or die without costing more than their job.
+"""Worker processes: a job that hangs, crashes or exits costs only itself.
 
-Each worker has a pipe of its own, so that killing one can leave no lock held and no
-message cut that another one needs. Workers are spawned, not forked: a forked child of
-a process that holds an OpenGL context hangs in its first picture.
+Each worker has its own pipe: killing one leaves no lock held and cuts no message of
+another. Workers are spawned, not forked: a forked child of a process with an OpenGL
+context hangs in its first frame.
 
-This module loads in every worker before anything else. It imports nothing that reads
-the environment when it is imported (numpy, numba and Mesa do).
+Every worker imports this module first. It must not import modules that read environment
+variables when they are imported (numpy, numba and Mesa do).
 """
 
 from __future__ import annotations
@@ -28,35 +28,35 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Protocol, Self
 
-from simbench.core.one_line import one_line
+from simbench.core.errors import one_line
 
 __all__ = ["Job", "JobEvent", "Pool", "ReportProgress", "WorkerPool"]
 
 ReportProgress = Callable[[int, int], None]
-"""What a job calls with the frames done and their total."""
+"""What a job calls with the steps done and their total."""
 
 _REPORT_EVERY_S = 0.1
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
-_LEAVE_S = 5.0
+_EXIT_LIMIT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One call to make in a worker.
+    """One function call to make in a worker.
 
     Attributes
     ----------
     name : object
-        Comes back with every event of the job.
+        Returned with every event of the job; hashable.
     kind : str
-        Only workers of the same kind share a process: what films never runs a
+        Only jobs of the same kind share a process: one that renders never runs a
         tracker.
     function : callable
         Importable by name; called with ``arguments`` and, last, a `ReportProgress`.
     arguments : tuple
         Picklable.
     limit_s : float, s
-        Wall time, from the call on, after which the process is killed.
+        Wall time from the call on, after which the process is killed.
     """
 
     name: Any
@@ -68,18 +68,18 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class JobEvent:
-    """What a worker has to say about its job.
+    """Progress or the end of a job.
 
     Attributes
     ----------
     job : Job
     kind : {"progress", "done", "failed", "died", "timeout", "lost"}
         All but ``progress`` end the job: the function returned or raised, its process
-        ended, or it was killed at its limit. ``lost`` is no doing of the function's:
-        it was never called, or its worker went away.
+        ended, or it was killed at its time limit. ``lost`` is not the function's
+        fault: it was never called, or its worker disappeared.
     value : object
-        The frames done, what the function returned, or one line that says what went
-        wrong.
+        The share done, in [0, 1]; what the function returned; or one line that says
+        what went wrong.
     """
 
     job: Job
@@ -88,62 +88,58 @@ class JobEvent:
 
 
 class Pool(Protocol):
-    """Whoever does jobs: workers of this machine, or of many."""
+    """Workers that run jobs: those of this machine, or of a cluster."""
 
     @property
     def is_idle(self) -> bool:
-        """Whether no job is under way."""
+        """Whether no job is running."""
 
     @property
     def has_room(self) -> bool:
         """Whether another job may start."""
 
     def start(self, job: Job) -> None:
-        """Have a job done."""
+        """Start a job."""
 
     def events(self, within_s: float) -> Iterator[JobEvent]:
-        """Wait until something happens, at most ``within_s``, and say what."""
+        """Wait for events, at most ``within_s`` seconds, and yield them."""
 
 
 class _Worker:
-    """One process and the job it is at."""
+    """One process and its current job."""
 
     def __init__(self, kind: str, environment: Mapping[str, str], log: Path) -> None:
         context = multiprocessing.get_context("spawn")
         self.kind = kind
-        self.pipe, theirs = context.Pipe()
+        self.pipe, child_end = context.Pipe()
         self.process = context.Process(
             target=_serve,
-            args=(theirs, dict(environment), str(log)),
+            args=(child_end, dict(environment), str(log)),
             name=f"simbench-{kind}",
         )
         with _interrupts_ignored():
             self.process.start()
-        theirs.close()
+        child_end.close()
         self.job: Job | None = None
         self.has_begun = False
         self.deadline = float("inf")
 
-    def give(self, job: Job) -> None:
+    def send(self, job: Job) -> None:
         self.job = job
         self.has_begun = False
         self.deadline = time.monotonic() + _START_LIMIT_S
-        with contextlib.suppress(OSError):  # it died idle: the pipe's end says so
+        with contextlib.suppress(OSError):  # it died idle: the end of the pipe tells
             self.pipe.send_bytes(pickle.dumps((job.function, job.arguments)))
 
     def begin(self, job: Job) -> None:
-        """Note that the job's function is called now: what comes is its doing."""
+        """Record that the job's function is called now."""
         self.has_begun = True
         self.deadline = time.monotonic() + job.limit_s
 
-    def dismiss(self) -> None:
-        """Tell a worker that no more work will come."""
+    def stop(self) -> None:
+        """Let the worker exit by itself, so that its exit status tells; or kill it."""
         self.pipe.close()
-
-    def leave(self) -> None:
-        """Let a worker end by itself, so that it tells how; or kill it after all."""
-        self.dismiss()
-        self.process.join(_LEAVE_S)
+        self.process.join(_EXIT_LIMIT_S)
         self.kill()
 
     def kill(self) -> None:
@@ -153,7 +149,7 @@ class _Worker:
 
 
 class WorkerPool:
-    """A few workers, started when there is work for them and gone when the block ends.
+    """A few worker processes, started on demand and stopped when the block ends.
 
     Parameters
     ----------
@@ -162,7 +158,7 @@ class WorkerPool:
     environment : mapping
         Variables set in a worker before it imports anything heavy.
     log : Path
-        Where what the workers print goes.
+        File that receives what the workers print.
     """
 
     def __init__(self, size: int, environment: Mapping[str, str], log: Path) -> None:
@@ -172,7 +168,7 @@ class WorkerPool:
         self._workers: list[_Worker] = []
 
     def __enter__(self) -> Self:
-        """Return the crew itself."""
+        """Return the pool itself."""
         return self
 
     def __exit__(
@@ -181,18 +177,18 @@ class WorkerPool:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End every worker, whatever it is at."""
+        """Stop every worker; one that runs a job is killed."""
         for worker in self._busy:
             worker.kill()
         for worker in self._workers:
-            worker.dismiss()  # all of them before the first is waited for
+            worker.pipe.close()  # all of them before waiting for the first
         for worker in self._workers:
-            worker.leave()
+            worker.stop()
         self._workers = []
 
     @property
     def is_idle(self) -> bool:
-        """Whether no job is under way."""
+        """Whether no job is running."""
         return not self._busy
 
     @property
@@ -201,26 +197,26 @@ class WorkerPool:
         return len(self._busy) < self._size
 
     def start(self, job: Job) -> None:
-        """Give a job to an idle worker of its kind, or to a new one."""
+        """Send a job to an idle worker of its kind, or to a new one."""
         idle = (w for w in self._workers if w.job is None and w.kind == job.kind)
         worker = next(idle, None)
         if worker is None:
             worker = _Worker(job.kind, self._environment, self._log)
             self._workers.append(worker)
-        worker.give(job)
+        worker.send(job)
 
     def events(self, within_s: float) -> Iterator[JobEvent]:
-        """Wait until something happens, at most ``within_s``, and say what."""
+        """Wait for events, at most ``within_s`` seconds, and yield them."""
         pipes = {worker.pipe: worker for worker in self._busy}
         for ready in wait(list(pipes), within_s):
-            yield from self._heard(pipes[ready])  # type: ignore[index]  # our own pipes
+            yield from self._received(pipes[ready])  # type: ignore[index]  # our pipes
         for worker in self._busy:
             if worker.job is not None and time.monotonic() > worker.deadline:
                 job = worker.job
                 self._workers.remove(worker)
                 worker.kill()
                 if worker.has_begun:
-                    yield JobEvent(job, "timeout", "did not return")
+                    yield JobEvent(job, "timeout", f"timeout after {job.limit_s:g} s")
                 else:
                     late = f"its process did not start within {_START_LIMIT_S:g} s"
                     yield JobEvent(job, "lost", late)
@@ -229,7 +225,7 @@ class WorkerPool:
     def _busy(self) -> list[_Worker]:
         return [worker for worker in self._workers if worker.job is not None]
 
-    def _heard(self, worker: _Worker) -> Iterator[JobEvent]:
+    def _received(self, worker: _Worker) -> Iterator[JobEvent]:
         job = worker.job
         if job is None:
             return
@@ -237,9 +233,9 @@ class WorkerPool:
             kind, value = worker.pipe.recv()
         except (EOFError, OSError):
             self._workers.remove(worker)
-            worker.leave()
-            ending = _exit_reason(worker.process.exitcode)
-            yield JobEvent(job, "died" if worker.has_begun else "lost", ending)
+            worker.stop()
+            reason = _exit_reason(worker.process.exitcode)
+            yield JobEvent(job, "died" if worker.has_begun else "lost", reason)
             return
         if kind == "started":
             worker.begin(job)
@@ -257,7 +253,7 @@ def _exit_reason(exit_code: int | None) -> str:
 
 @contextlib.contextmanager
 def _interrupts_ignored() -> Iterator[None]:
-    """Let what starts in this block ignore Ctrl-C from its first instruction on."""
+    """Make processes that start in this block ignore Ctrl-C from the beginning."""
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set handlers
         return
@@ -269,42 +265,42 @@ def _interrupts_ignored() -> Iterator[None]:
 
 
 def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
-    """Do jobs until the pipe closes; the whole life of a worker."""
+    """Run jobs until the pipe closes; the main function of a worker."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(environment)
-    tempfile.tempdir = None  # so that a TMPDIR among them is looked at
-    _print_to(log)
-    threading.Thread(target=_die_with_parent, daemon=True).start()
+    tempfile.tempdir = None  # so that a TMPDIR in the environment is used
+    _redirect_output(log)
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:
-            order = pipe.recv_bytes()
+            message = pipe.recv_bytes()
             try:
-                function, arguments = pickle.loads(order)  # imports what it needs
+                function, arguments = pickle.loads(message)  # imports what it needs
                 pipe.send(("started", None))
-                answer = "done", function(*arguments, _Reporter(pipe))
-            except BaseException as error:  # Ctrl-C is ignored: so all are the job's
+                answer = "done", function(*arguments, _ProgressSender(pipe))
+            except BaseException as error:  # Ctrl-C is ignored: all come from the job
                 traceback.print_exc()
                 answer = "failed", one_line(error)
             pipe.send(answer)
 
 
-def _print_to(log: str) -> None:
-    """Send whatever this process prints, in C or in Python, to a file."""
+def _redirect_output(log: str) -> None:
+    """Send what this process prints, from C or from Python, to a file."""
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
     os.dup2(file, sys.stdout.fileno())
     os.dup2(file, sys.stderr.fileno())
     faulthandler.enable()
 
 
-def _die_with_parent() -> None:
+def _exit_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
 
 
-class _Reporter:
-    """Sends progress, but not more often than anyone can see."""
+class _ProgressSender:
+    """Sends the share of a job that is done, at most ten times a second."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
@@ -312,5 +308,5 @@ class _Reporter:
 
     def __call__(self, done: int, total: int) -> None:
         if time.monotonic() >= self._next:
-            self._pipe.send(("progress", done))
+            self._pipe.send(("progress", min(done / total, 1.0)))
             self._next = time.monotonic() + _REPORT_EVERY_S

@@ -1,4 +1,4 @@
-"""What a result was made with: versions, machine and OpenGL driver."""
+"""Versions of the libraries and the machine that results were computed with."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _DISTRIBUTIONS = {
 
 
 def versions() -> dict[str, str]:
-    """Return versions by name: Python, simbench and what decides its numbers.
+    """Return versions by name: Python, simbench and the libraries that decide results.
 
     Returns
     -------
     dict from str to str
-        Empty for what is not installed.
+        Empty for a library that is not installed.
     """
     found = {"python": platform.python_version(), "simbench": simbench.__version__}
     return found | {name: _version(*of) for name, of in _DISTRIBUTIONS.items()}

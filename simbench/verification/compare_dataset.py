@@ -1,11 +1,12 @@
-"""What no single sequence of a data set tells: its index, its count, its other files.
+"""Compare the index, the count and the file names of a data set with its entries.
 
-Nothing is filmed: the index is drawn up anew from the entries. They are read one by
-one, and of the names of files only those in folders that sequences share are held.
+Nothing is rendered: the index is written anew from the entries. They are read one by
+one, and only names in folders that sequences share are kept in memory.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import PurePosixPath
 from typing import Any
@@ -13,17 +14,21 @@ from typing import Any
 from simbench.core.errors import SimbenchError
 from simbench.datasets.store import Store, open_store
 from simbench.generation.dataset.index import index_files
-from simbench.generation.dataset.manifest import RECORD, Entries, EntryFile, read_record
-from simbench.verification.compare_files import listed
-from simbench.verification.compare_sequences import Difference, VerificationResult
+from simbench.generation.dataset.manifest import (
+    MANIFEST,
+    Entries,
+    EntryFile,
+    read_manifest,
+)
+from simbench.verification.difference import Difference, VerificationResult, listed
 
-__all__ = ["compare_whole"]
+__all__ = ["compare_dataset"]
 
-_LOG = "workers.log"  # there only where a sequence was lost
+_LOG = "workers.log"  # exists only where a sequence failed
 
 
-def compare_whole(place: str) -> VerificationResult | None:
-    """Compare the index and the files of a data set with what its entries say.
+def compare_dataset(place: str) -> VerificationResult | None:
+    """Compare the index and the file names of a data set with its entries.
 
     Parameters
     ----------
@@ -36,93 +41,88 @@ def compare_whole(place: str) -> VerificationResult | None:
         None where the place is no data set.
     """
     store = open_store(place)
-    if RECORD not in store.names(""):
+    if MANIFEST not in store.names(""):
         return None
     name = "index and list of files"
     try:
-        return VerificationResult(name, tuple(_differences(store, read_record(store))))
+        return VerificationResult(
+            name, tuple(_differences(store, read_manifest(store)))
+        )
     except SimbenchError as error:
         return VerificationResult(name, fault=str(error))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         return VerificationResult(name, fault=f"damaged data set: {error!r}")
 
 
-def _differences(store: Store, record: Mapping[str, Any]) -> Iterator[Difference]:
-    if not record["productions"][-1]["finished"]:
-        said = f"{RECORD} says that making it did not end: there is no index to compare"
-        yield Difference("record", None, said)
+def _differences(store: Store, manifest: Mapping[str, Any]) -> Iterator[Difference]:
+    if not manifest["productions"][-1]["finished"]:
+        detail = f"{MANIFEST} says that its generation did not end: no index to compare"
+        yield Difference("record", None, detail)
         return
-    told, found = record["sequences"], len(Entries(store))
-    if told != found:
-        said = f"{RECORD} says {told} sequences, {found} have an entry"
-        yield Difference("record", None, said)
-    index, wrong = set(), set()
-    for path, chunks in index_files(store, record):
-        index.add(path)
+    expected, found = manifest["sequences"], len(Entries(store))
+    if expected != found:
+        detail = f"{MANIFEST} says {expected} sequences, {found} have an entry"
+        yield Difference("record", None, detail)
+    index, wrong = [], []
+    for path, chunks in index_files(store, manifest):
+        index.append(path)
         if store.has(path) and not _is_text(store.read([path])[0], chunks):
-            wrong.add(path)
+            wrong.append(path)
     if wrong:
-        yield Difference("index", None, f"not what the entries say: {listed(wrong)}")
-    missing, strange = _misplaced(store, index)
+        detail = f"not what the entries say: {listed(sorted(wrong))}"
+        yield Difference("index", None, detail)
+    missing, unknown = _compare_names(store, index)
     if missing:
-        yield Difference("files", None, f"missing: {listed(missing)}")
-    if strange:
-        said = f"of no sequence and not of the index: {listed(strange)}"
-        yield Difference("files", None, said)
+        yield Difference("files", None, f"missing: {listed(sorted(missing))}")
+    if unknown:
+        detail = f"of no sequence and not of the index: {listed(sorted(unknown))}"
+        yield Difference("files", None, detail)
 
 
-def _is_text(kept: bytes, chunks: Iterable[str]) -> bool:
-    at = 0
-    for chunk in chunks:
-        piece = chunk.encode()
-        if kept[at : at + len(piece)] != piece:
+def _is_text(content: bytes, chunks: Iterable[str]) -> bool:
+    start = 0
+    for chunk in map(str.encode, chunks):
+        if not content.startswith(chunk, start):
             return False
-        at += len(piece)
-    return at == len(kept)
+        start += len(chunk)
+    return start == len(content)
 
 
-def _misplaced(store: Store, index: set[str]) -> tuple[set[str], set[str]]:
-    """Return what is not there, and what is there that nothing speaks of.
+def _compare_names(store: Store, index: list[str]) -> tuple[set[str], set[str]]:
+    """Return the paths that are missing, and those that nothing mentions.
 
-    Folders that hold files of one sequence are looked into at once, so that of a large
-    data set only the names in the folders above them are held.
+    A folder that contains files of one sequence is compared at once, so that of a large
+    data set only the names in the folders above are kept.
     """
-    entries = [file.path for file in EntryFile.listed(store) if file.kind == "json"]
-    shared = _children([*index, RECORD, *entries])
+    entries = [file.path for file in EntryFile.list_in(store)]
+    shared = _names_by_folder([*index, MANIFEST, *entries])
     missing: set[str] = set()
-    strange: set[str] = set()
+    unknown: set[str] = set()
 
-    def look_into(folder: str, names: set[str]) -> None:
-        there = set(store.names(folder))
-        if not folder:
-            there.discard(_LOG)
-        missing.update(_below(folder, name) for name in names - there)
-        strange.update(_below(folder, name) for name in there - names)
+    def compare(folder: str, expected: set[str]) -> None:
+        is_root = folder == "."
+        found = set(store.names("" if is_root else folder))
+        found -= {_LOG} if is_root else set()
+        at = PurePosixPath(folder)
+        missing.update(str(at / name) for name in expected - found)
+        unknown.update(str(at / name) for name in found - expected)
 
     for files in Entries(store, "files"):
-        own = {_folder(PurePosixPath(file)) for file in files}
-        for folder, names in _children(files).items():
+        own = {str(PurePosixPath(file).parent) for file in files}
+        for folder, names in _names_by_folder(files).items():
             if folder in own:
-                look_into(folder, names)
+                compare(folder, names)
             else:
-                shared.setdefault(folder, set()).update(names)
+                shared[folder] |= names
     for folder, names in shared.items():
-        look_into(folder, names)
-    return missing, strange
+        compare(folder, names)
+    return missing, unknown
 
 
-def _children(files: Iterable[str]) -> dict[str, set[str]]:
-    """Return what is directly in each folder that leads to some files."""
-    found: dict[str, set[str]] = {}
+def _names_by_folder(files: Iterable[str]) -> defaultdict[str, set[str]]:
+    """Return the names directly in each folder that leads to some files."""
+    names: defaultdict[str, set[str]] = defaultdict(set)
     for file in map(PurePosixPath, files):
         for path in (file, *file.parents[:-1]):
-            found.setdefault(_folder(path), set()).add(path.name)
-    return found
-
-
-def _folder(path: PurePosixPath) -> str:
-    return "" if path.parent == PurePosixPath() else str(path.parent)
-
-
-def _below(folder: str, name: str) -> str:
-    return f"{folder}/{name}" if folder else name
+            names[str(path.parent)].add(path.name)
+    return names

@@ -1,172 +1,223 @@
-"""Whether files hold the same, where their bytes also tell who wrote them.
+"""Compare two files of one name by their decoded content.
 
-Encoders and compressors of other versions put the same pictures, tables and arrays in
-other bytes, and ``sequence.json`` says what machine it was made on.
+Encoders and compressors of other versions write the same images and tables as other
+bytes, and ``made_with`` in a JSON file names the machine that wrote it.
 """
 
 from __future__ import annotations
 
 import io
 import json
-import zipfile
-import zlib
-from collections.abc import Callable, Collection, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import PurePosixPath
-from types import MappingProxyType
 from typing import Any, Final
 
-import cv2
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
-from simbench.datasets.frames import decoded_as_stored
+from simbench.core.errors import DatasetError
+from simbench.core.mask import Mask
+from simbench.datasets.frames import decoded_as_stored, decoded_picture
+from simbench.verification.difference import Difference, listed
 
-__all__ = ["MADE_WITH", "gap", "is_same_content", "listed"]
+__all__ = ["compare_files", "compare_frames", "image_difference", "is_colour_png"]
 
-MADE_WITH: Final = "made_with"
-"""The key that says, wherever it stands, which machine and versions made something."""
+_PNG: Final = b"\x89PNG\r\n\x1a\n"
+_NOTHING: Final = object()  # in place of a value that only the other side has
+_NOT_COMPARED: Final = {"made_with", "digests"}  # keys of JSON objects, at any depth
+_PARTS: Final[dict[str, tuple[dict[str, str], str]]] = {
+    "sequence.json": (
+        {"lane_changes": "trajectories", "vehicles": "trajectories"},
+        "description",
+    ),
+    "entry.json": ({"summary": "summary", "layout": "layout"}, ""),
+}
+"""The part of a sequence that each key of a JSON file belongs to, and the part of all
+other keys; empty where they are not compared."""
 
-_LONGEST = 40  # characters of a value that are shown
-_UNREADABLE = (
-    OSError,
-    ValueError,
-    EOFError,
-    zipfile.BadZipFile,
-    zlib.error,
-    pa.ArrowException,
-    cv2.error,
-)
 
-
-def is_same_content(path: str, kept: bytes, made: bytes) -> bool:
-    """Tell whether two files of one name hold the same.
+def compare_files(path: str, recorded: bytes, regenerated: bytes) -> list[Difference]:
+    """Return what differs between two files of one name; empty if they are the same.
 
     Parameters
     ----------
     path : str
-        Says what they are. Pictures, depth, tables and arrays are compared decoded,
-        with their types, names and metadata; ``sequence.json`` without what made it;
-        whatever else there is byte by byte.
-    kept, made : bytes
-        One that cannot be read is not the same.
+        Its name says how they are compared: images, depth and tables decoded, with
+        their types, names and metadata; JSON without ``made_with``; others by bytes.
+    recorded, regenerated : bytes
+        A file that cannot be decoded differs.
     """
-    if kept == made:
-        return True
+    if recorded == regenerated:
+        return []
     name = PurePosixPath(path)
-    compare = _COMPARE.get(name.name) or _COMPARE.get(name.suffix)
-    if kept.startswith(_PNG) and made.startswith(_PNG):
-        compare = _is_same_picture  # whatever its name: layouts ask for .jpg
+    pair = recorded, regenerated
+    differs = [Difference("files", None, path)]
     try:
-        return compare is not None and compare(kept, made)
-    except _UNREADABLE:
-        return False
+        if name.name in _PARTS:
+            old, new = map(json.loads, pair)
+            return list(_compare_json(old, new, *_PARTS[name.name]))
+        if name.suffix == ".parquet":
+            tables = (pq.read_table(io.BytesIO(content)) for content in pair)
+            return _compare_tables(name.stem, *tables)
+    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException):
+        return differs
+    is_image = name.suffix == ".tiff" or all(one.startswith(_PNG) for one in pair)
+    return [] if is_image and _is_same_image(*pair) else differs
 
 
-def gap(
-    kept: Mapping[str, Any], made: Mapping[str, Any], without: Collection[str] = ()
-) -> str:
-    """Return where two JSON objects first differ and how, and which other keys do.
+def is_colour_png(content: bytes) -> bool:
+    """Whether these are the bytes of a PNG of 8 bits a channel in colour."""
+    return content.startswith(_PNG) and content[24:26] == bytes([8, 2])
 
-    Parameters
-    ----------
-    kept, made : mapping
-    without : collection of str
-        Keys to leave out.
+
+def image_difference(
+    path: str, recorded: bytes, regenerated: bytes
+) -> tuple[int, float]:
+    """Compare two encoded images of a frame.
 
     Returns
     -------
-    str
-        Empty where nothing differs.
+    levels : int
+        Greatest difference in any pixel and channel; 0 where they are the same.
+    share : float, in [0, 1]
+        Share of the pixels that differ.
 
-    Examples
-    --------
-    >>> gap({"a": [1, {"b": 2}], "c": 0}, {"a": [1, {"b": 3}], "c": 0})
-    'a.1.b: 2 kept, 3 made'
-    >>> gap({"a": 1, "c": 0}, {"a": 1, "b": 2, "c": 1})
-    'b: nothing kept, 2 made; and c'
+    Raises
+    ------
+    DatasetError
+        Naming ``path``, if one cannot be decoded or they differ in size.
     """
-    keys = [key for key in dict.fromkeys([*made, *kept]) if key not in without]
-    gaps = {key: _gap_at(key, kept, made, key) for key in keys}
-    first, *others = [key for key, found in gaps.items() if found] or [""]
-    also = f"; and {', '.join(others)}" if others else ""
-    return gaps[first] + also if first else ""
+    if recorded == regenerated:
+        return 0, 0.0
+    old, new = (decoded_picture(one, path) for one in (recorded, regenerated))
+    if old.shape != new.shape:
+        raise DatasetError(
+            f"{path}: expected {new.shape[1]} x {new.shape[0]} px, "
+            f"got {old.shape[1]} x {old.shape[0]}"
+        )
+    distance = np.abs(old.astype(np.int16) - new).max(axis=2)
+    return int(distance.max()), np.count_nonzero(distance) / distance.size
 
 
-def _gap_at(key: Any, kept: Mapping[Any, Any], made: Mapping[Any, Any], at: str) -> str:
-    """Return the first gap below a key that one of two objects has."""
-    if key in kept and key in made:
-        return _first_gap(kept[key], made[key], at)
-    old, new = (_shown(one[key]) if key in one else "nothing" for one in (kept, made))
-    return f"{at}: {old} kept, {new} made"
+def compare_frames(images: Sequence[tuple[int, float]]) -> list[Difference]:
+    """Return the difference of all frames, from `image_difference` of each."""
+    different = [number for number, (levels, _) in enumerate(images) if levels]
+    if not different:
+        return []
+    levels = max(levels for levels, _ in images)
+    percent = 100.0 * sum(share for _, share in images) / len(images)
+    detail = (
+        f"at most {levels} level{'s' * (levels > 1)}, in {percent:.2g} % of pixels "
+        f"({len(different)} of {len(images)} frames)"
+    )
+    return [Difference("frames", different[0], detail)]
 
 
-def _first_gap(kept: Any, made: Any, at: str) -> str:
-    if isinstance(kept, list) and isinstance(made, list) and len(kept) == len(made):
-        kept, made = dict(enumerate(kept)), dict(enumerate(made))
-    if not (isinstance(kept, dict) and isinstance(made, dict)):
-        return "" if kept == made else f"{at}: {_shown(kept)} kept, {_shown(made)} made"
-    keys = dict.fromkeys([*made, *kept])
-    gaps = (_gap_at(key, kept, made, f"{at}.{key}") for key in keys)
-    return next(filter(None, gaps), "")
+def _compare_json(
+    recorded: Any, regenerated: Any, parts: dict[str, str], other_part: str
+) -> Iterator[Difference]:
+    """Yield for each part the first value that differs and the other such keys."""
+    found: dict[str, dict[Any, str]] = defaultdict(dict)
+    for (key, *at), values in _unequal(recorded, regenerated):
+        if part := parts.get(key, other_part):
+            place = at if part == key and at else [key, *at]
+            detail = f"{'.'.join(map(str, place))}: {values}"
+            found[part].setdefault(str(place[0]), detail)
+    for part, by_key in found.items():
+        first, *others = by_key
+        also = f"; and {', '.join(others)}" if others else ""
+        yield Difference(part, None, by_key[first] + also)
 
 
-def listed(paths: Collection[str]) -> str:
-    """Return the first of some paths, and how many more there are.
-
-    Examples
-    --------
-    >>> listed({"b", "a", "c"})
-    'a and 2 more'
-    """
-    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-    return min(paths) + more
+def _unequal(
+    old: Any, new: Any, at: tuple[Any, ...] = ()
+) -> Iterator[tuple[tuple[Any, ...], str]]:
+    """Yield the keys that lead to each difference, and the two values."""
+    if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        old, new = dict(enumerate(old)), dict(enumerate(new))
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in dict.fromkeys([*new, *old]):
+            if key not in _NOT_COMPARED:
+                pair = old.get(key, _NOTHING), new.get(key, _NOTHING)
+                yield from _unequal(*pair, (*at, key))
+    elif old != new:
+        yield at, f"{_shown(old)} recorded, {_shown(new)} regenerated"
 
 
 def _shown(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    text = "nothing" if value is _NOTHING else json.dumps(value)
+    return text if len(text) <= 40 else f"{text[:40]}..."
 
 
-def _is_same_picture(kept: bytes, made: bytes) -> bool:
-    old, new = (decoded_as_stored(content) for content in (kept, made))
-    return old is not None and _is_same_array(old, new)
+def _compare_tables(name: str, old: pa.Table, new: pa.Table) -> list[Difference]:
+    """Return what differs between two truth tables, column by column."""
+    if old.equals(new, check_metadata=True):
+        return []
+    part = "ids" if name == "masks" else "truth"
+    if in_one := set(old.column_names) ^ set(new.column_names):
+        return [
+            Difference(part, None, f"{name}: in one only: {listed(sorted(in_one))}")
+        ]
+    found = _compare_masks(old, new) if part == "ids" else _compare_rows(name, old, new)
+    return found or [Difference(part, None, f"{name}: types or metadata")]
 
 
-def _is_same_table(kept: bytes, made: bytes) -> bool:
-    old, new = (pq.read_table(io.BytesIO(content)) for content in (kept, made))
-    return bool(old.equals(new, check_metadata=True))
+def _compare_rows(name: str, old: pa.Table, new: pa.Table) -> list[Difference]:
+    longer = max(old, new, key=len)
+    is_by_frame = "frame" in longer.column_names
+    frames = longer["frame"].to_pylist() if is_by_frame else [None] * len(longer)
+    if len(old) != len(new):
+        detail = f"{name}: {len(old)} rows recorded, {len(new)} regenerated"
+        return [Difference("truth", frames[min(len(old), len(new))], detail)]
+    found = []
+    for column in new.column_names:
+        pairs = zip(old[column].to_pylist(), new[column].to_pylist(), strict=True)
+        apart = {row: pair for row, pair in enumerate(pairs) if pair[0] != pair[1]}
+        if apart:
+            detail = f"{name}.{column} {_distance(apart.values())}"
+            found.append(Difference("truth", frames[min(apart)], detail))
+    return found
 
 
-def _is_same_set_of_arrays(kept: bytes, made: bytes) -> bool:
-    old, new = _arrays(kept), _arrays(made)
-    names = old.keys() | new.keys()
-    return all(_is_same_array(old.get(name), new.get(name)) for name in names)
+def _distance(pairs: Iterable[tuple[Any, Any]]) -> str:
+    """Return how far apart pairs of values are."""
+    old, new = zip(*pairs, strict=True)
+    try:
+        distance = np.abs(np.array(old, float) - np.array(new, float))
+    except (TypeError, ValueError):  # not numbers
+        return f"in {len(new)} rows"
+    return (
+        "absent in one" if np.isnan(distance).any() else f"up to {distance.max():.3g}"
+    )
 
 
-def _is_same_description(kept: bytes, made: bytes) -> bool:
-    old, new = (json.loads(content) for content in (kept, made))
-    return not gap(old, new, without={MADE_WITH})
+def _compare_masks(old: pa.Table, new: pa.Table) -> list[Difference]:
+    """Count in each frame the pixels that belong to a vehicle in one table only."""
+    sides = [{(r["frame"], r["id"]): r for r in one.to_pylist()} for one in (old, new)]
+    keys = sides[0].keys() | sides[1].keys()
+    apart: Counter[int] = Counter()
+    for key in keys:
+        rows = [side.get(key) for side in sides]
+        if rows[0] != rows[1]:
+            first, second = (_pixels(row) for row in rows)
+            apart[key[0]] += int(np.count_nonzero(first != second))
+    if not apart:
+        return []
+    where = f"in {len(apart)} of {len({frame for frame, _ in keys})} frames"
+    detail = f"up to {max(apart.values())} px {where}"
+    return [Difference("ids", min(apart), detail)]
 
 
-def _arrays(content: bytes) -> dict[str, NDArray[Any]]:
-    with np.load(io.BytesIO(content), allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files}
+def _pixels(row: dict[str, Any] | None) -> Any:
+    if row is None:
+        return np.bool_(False)
+    return Mask(np.array(row["counts"]), row["height_px"], row["width_px"]).to_array()
 
 
-def _is_same_array(old: NDArray[Any] | None, new: NDArray[Any] | None) -> bool:
+def _is_same_image(recorded: bytes, regenerated: bytes) -> bool:
+    old, new = (decoded_as_stored(content) for content in (recorded, regenerated))
     if old is None or new is None or old.dtype != new.dtype:
         return False
     return np.array_equal(old, new, equal_nan=old.dtype.kind == "f")
-
-
-_PNG: Final = b"\x89PNG\r\n\x1a\n"
-_COMPARE: Final[Mapping[str, Callable[[bytes, bytes], bool]]] = MappingProxyType(
-    {
-        "sequence.json": _is_same_description,
-        ".npz": _is_same_set_of_arrays,
-        ".parquet": _is_same_table,
-        ".tiff": _is_same_picture,
-    }
-)

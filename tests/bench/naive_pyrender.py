@@ -1,4 +1,4 @@
-"""The peer of the camera bench: the same scene drawn the way pyrender's guide shows."""
+"""Reference of the renderer benchmark: the scene drawn as in pyrender's guide."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # OpenCV's camera axes to OpenGL's
 
 
 class NaivePyrender:
-    """A node a vehicle, default anti-aliasing, colour, then ids, then the target alone.
+    """One node for each vehicle; passes for colour, for ids, and for the target alone.
 
     Parameters
     ----------
     scene : Scene
     camera : Camera
-        Decides size and lens; the pose is set with every shot.
+        Of this size and these intrinsics; the pose is set for every frame.
     """
 
     def __init__(self, scene: Scene, camera: Camera) -> None:
@@ -38,7 +38,7 @@ class NaivePyrender:
         self.scene = pyrender.Scene(ambient_light=[0.4, 0.4, 0.45])
         light = pyrender.DirectionalLight(intensity=4.0)
         self.scene.add(light, pose=_looking_along(-scene.light.to_sun))
-        for mesh in (scene.ground, scene.standing, scene.distant):
+        for mesh in (scene.ground, scene.static_objects, scene.distant):
             self.scene.add(_mesh(mesh))
         self.nodes = [
             self.scene.add(_mesh(scene.bodies[kind], paint))
@@ -50,7 +50,7 @@ class NaivePyrender:
         )
         self.lens = self.scene.add(lens)
 
-    def shoot(
+    def render(
         self,
         camera: Camera,
         poses: NDArray[np.float64],

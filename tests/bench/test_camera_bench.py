@@ -1,4 +1,4 @@
-"""The camera against its peer: the same scene drawn by pyrender as its guide shows."""
+"""Speed of the renderer relative to pyrender used as in its guide."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.render.gl.pyrender_camera import PyrenderCamera
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, build_stage
 from tests.bench.naive_pyrender import NaivePyrender
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 pytestmark = [pytest.mark.bench, pytest.mark.gl, pytest.mark.sumo]
 
@@ -22,8 +22,8 @@ _ROUNDS = 7
 
 @pytest.fixture(scope="module")
 def stage() -> Stage:
-    """At least 40 vehicles on a motorway with everything that lines it."""
-    scenario = story(
+    """At least 40 vehicles on a motorway with all roadside objects."""
+    scenario = small_scenario(
         road={"lanes": 4, "before_m": 300, "sections": [{"length_m": 700}]},
         traffic={"density_per_km_lane": 13, "warm_up_s": 5},
         surroundings={"lamp_spacing_m": 40, "gantry_spacing_m": 150},
@@ -48,37 +48,37 @@ def naive(stage: Stage, scene: Scene) -> NaivePyrender:
 
 
 @pytest.fixture(scope="module")
-def machine(scene: Scene, naive: NaivePyrender) -> Iterator[PyrenderCamera]:
-    # After its peer, so closed before it: pyrender ends the shared display with itself.
-    with PyrenderCamera(scene, 480, 320, 2) as camera:
+def renderer(scene: Scene, naive: NaivePyrender) -> Iterator[SceneRenderer]:
+    # After the reference, to be closed before it: pyrender closes the shared display.
+    with SceneRenderer(scene, 480, 320, 2) as camera:
         yield camera
 
 
-def test_camera_is_four_times_faster_than_naive_pyrender(
+def test_renderer_is_four_times_faster_than_naive_pyrender(
     stage: Stage,
     scene: Scene,
     naive: NaivePyrender,
-    machine: PyrenderCamera,
+    renderer: SceneRenderer,
     benchmark: Any,
 ) -> None:
     poses, present = vehicle_poses(stage.trajectories, 0)
-    shot_args = (stage.cameras[0], poses, present, stage.trajectories.target)
+    frame_args = (stage.cameras[0], poses, present, stage.trajectories.target)
 
     def ours() -> Any:
-        return machine.shoot(*shot_args, want_depth=True)
+        return renderer.render(*frame_args, with_depth=True)
 
-    shot, (_, _, fraction) = ours(), naive.shoot(*shot_args)
-    in_view = np.isin(scene.ids, np.unique(shot.ids)).sum()
+    frame, (_, _, fraction) = ours(), naive.render(*frame_args)
+    in_view = np.isin(scene.ids, np.unique(frame.ids)).sum()
     assert in_view >= 40
     identity = scene.ids[stage.trajectories.target]
-    alone = shot.target_alone
-    assert np.mean(shot.ids[alone] == identity) == pytest.approx(fraction, abs=0.05)
+    alone = frame.target_silhouette
+    assert np.mean(frame.ids[alone] == identity) == pytest.approx(fraction, abs=0.05)
     ratios = []
-    for _ in range(_ROUNDS):  # in turn, so that both see the same machine
+    for _ in range(_ROUNDS):  # in turn, under the same load
         start = time.process_time()
         ours()
         middle = time.process_time()
-        naive.shoot(*shot_args)
+        naive.render(*frame_args)
         ratios.append((time.process_time() - middle) / (middle - start))
     benchmark.extra_info["times_naive_pyrender"] = float(np.median(ratios))
     benchmark.extra_info["vehicles_in_view"] = int(in_view)

@@ -1,4 +1,4 @@
-"""Making data sets: what a sequence costs, and what a second process brings."""
+"""Speed of making data sets: time for each sequence, and speed-up of two processes."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def test_two_processes_make_a_data_set_nearly_twice_as_fast(
     # one process alone would let the rasteriser use the second core, too
     monkeypatch.setenv("LP_NUM_THREADS", "0")
     recipe = load_recipe("poles").shortened(_FRAMES)
-    wanted = DatasetRequest(spread([recipe], _SEQUENCES), "got10k")
+    request = DatasetRequest(spread([recipe], _SEQUENCES), "got10k")
     alone: list[float] = []
 
     def make(jobs: int) -> float:
         out = tmp_path / f"{jobs}-{len(alone)}"
         began = time.perf_counter()
-        outcome = produce_dataset(wanted, str(out), command="bench", jobs=jobs)
+        outcome = produce_dataset(request, str(out), command="bench", jobs=jobs)
         assert outcome.made == _SEQUENCES
         return time.perf_counter() - began
 
-    # taken in turn, so that a slow minute of the machine costs both
+    # measured in turn, under the same load
     benchmark.pedantic(
         lambda: make(2), setup=lambda: alone.append(make(1)), rounds=_ROUNDS
     )

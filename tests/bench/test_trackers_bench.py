@@ -16,7 +16,7 @@ from simbench.core.tracker import Tracker
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
-from tests.trackers.clips import Clip, film, straight
+from tests.trackers.clips import Clip, render_clip, straight
 
 pytestmark = pytest.mark.bench
 
@@ -24,14 +24,14 @@ PARTICLES = 100
 SIZE = (720, 480)
 HALF_AXES = (20.0, 15.0)  # ellipses in boxes of 40 x 30 px
 OBSERVATION_RATIO = 10.0
-TRACKER_RATIO = 5.0
+TRACKER_RATIO = 4.0
 
 
 @pytest.fixture(scope="module")
 def clip() -> Clip:
     """An easy clip that both trackers hold."""
     centres = straight(80, (150, 240), (3.0, 0.4))
-    return film(centres, np.full(80, 40.0), size=SIZE)
+    return render_clip(centres, np.full(80, 40.0), size=SIZE)
 
 
 def calc_hist_similarities(

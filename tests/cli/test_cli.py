@@ -1,4 +1,4 @@
-"""The command line as a user meets it: what it prints, and its exit statuses."""
+"""The command line: what it prints, and its exit statuses."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from tests.blind_scenario import blind_smoke
 
 
 @pytest.fixture(autouse=True)
-def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_command_line_loads_nothing_heavy_to_start() -> None:
+def test_command_line_imports_no_heavy_module_at_start() -> None:
     program = """
 import sys
 import simbench.cli
@@ -41,9 +41,9 @@ print(sorted(heavy & set(sys.modules)))
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["--help"]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for command in "run sweep generate check report list show doctor".split():
-        assert f" {command} " in said
+        assert f" {command} " in output
 
 
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,12 +51,12 @@ def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"simbench {__version__}\n"
 
 
-def test_list_tells_what_scenarios_test(capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_prints_what_scenarios_test(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["list"]) == 0
-    said = capsys.readouterr().out
-    assert "every part works, in seconds" in said
-    assert "  @extreme" in said
-    assert "condensation" in said
+    output = capsys.readouterr().out
+    assert "every part works, in seconds" in output
+    assert "  @extreme" in output
+    assert "condensation" in output
 
 
 def test_schema_is_json_and_can_be_written(capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,8 +71,8 @@ def test_schema_names_the_file_that_cannot_be_written(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert execute(["schema", "--out", "/proc/schema.json"]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("simbench: /proc/schema.json: cannot be written: ")
+    output = capsys.readouterr().err
+    assert output.startswith("simbench: /proc/schema.json: cannot be written: ")
 
 
 YAML = "title: t\ntests: t\nframes: 24\n"
@@ -99,21 +99,23 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         pytest.param("run smoke --timeout 0", "timeout must be above", id="timeout"),
         pytest.param("run smoke --jobs 0", "--jobs", id="jobs"),
         pytest.param("run smoke --sedes 1", "No such option", id="option"),
-        pytest.param("run smoke --out .", "found other files", id="foreign folder"),
+        pytest.param(
+            "run smoke --out .", "found other files", id="folder with other files"
+        ),
         pytest.param("run smoke --out broken.yaml", "broken.yaml", id="out is a file"),
-        pytest.param("run", "Missing argument", id="nothing to run"),
+        pytest.param("run", "Missing argument", id="no scenario"),
         pytest.param("report nosuch", "nosuch: not a run folder", id="no run"),
         pytest.param("report .", "not a run folder", id="not a run"),
         pytest.param("show smoke --frame 24", "must be below 24, got 24", id="frame"),
         pytest.param("check --baseline no.json", "no.json: baseline", id="no baseline"),
         pytest.param("check --baseline broken.yaml", "broken.yaml", id="bad baseline"),
         pytest.param(
-            "check --baseline rows.json", "at least one row, has none", id="no rows"
+            "check --baseline rows.json", "at least one row, got none", id="no rows"
         ),
         pytest.param(
             "check --baseline x.json --update", "--reason", id="update without reason"
         ),
-        pytest.param("generate smoke", "Missing option", id="nowhere to write to"),
+        pytest.param("generate smoke", "Missing option", id="no output"),
         pytest.param(
             "generate smoke --out a --count 2 --seeds 0", "leave --seeds out", id="both"
         ),
@@ -124,34 +126,40 @@ YAML = "title: t\ntests: t\nframes: 24\n"
             "generate smoke --out a --format b", "unknown format 'b'", id="format"
         ),
         pytest.param(
-            "generate smoke --out a --split train", "are not divided", id="split"
+            "generate smoke --out a --split train", "have no splits", id="split"
         ),
         pytest.param(
             "generate smoke --out a --channels b", "channels must be", id="channel"
         ),
         pytest.param("generate smoke smoke --out a", "must differ", id="two of a name"),
-        pytest.param("generate smoke --out .", "found other files", id="foreign data"),
+        pytest.param(
+            "generate smoke --out .",
+            "found other files",
+            id="data set folder with other files",
+        ),
         pytest.param("generate smoke --out foo://a", "not known", id="protocol"),
-        pytest.param("run ./drawn.yaml", "drawn anew for each seed", id="draws"),
+        pytest.param(
+            "run ./sampled.yaml", "is sampled for each seed", id="sampled values"
+        ),
         pytest.param("sing", "No such command", id="command"),
     ],
 )
-def test_mistake_is_one_line_and_status_2(
+def test_wrong_input_is_one_line_and_status_2(
     arguments: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("broken.yaml").write_text("name: [")
     Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
-    Path("drawn.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
+    Path("sampled.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
     settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
     empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
     Path("rows.json").write_text(json.dumps(empty))
     assert execute(arguments.split()) == 2
-    said = capsys.readouterr()
-    assert said.err.startswith("simbench: ")
-    assert message in said.err
-    assert said.err.count("\n") == 1
-    assert said.out == ""
+    output = capsys.readouterr()
+    assert output.err.startswith("simbench: ")
+    assert message in output.err
+    assert output.err.count("\n") == 1
+    assert output.out == ""
 
 
 @pytest.mark.parametrize(
@@ -165,7 +173,7 @@ def test_mistake_is_one_line_and_status_2(
         "check --baseline precious --update --reason why",
     ],
 )
-def test_folder_in_place_of_a_file_is_refused_before_anything_is_done(
+def test_folder_in_place_of_a_file_is_refused_before_any_work(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("precious").mkdir()
@@ -203,19 +211,19 @@ def test_show_writes_the_frame_with_the_target_boxed(
 
 @pytest.mark.sumo
 @pytest.mark.gl
-def test_generate_films_a_finished_sequence_again_only_where_told_to(
+def test_generate_overwrites_a_finished_sequence_only_with_replace(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    command = ["generate", "smoke", "--seeds", "7", "--out", "films", "--frames"]
+    command = ["generate", "smoke", "--seeds", "7", "--out", "made", "--frames"]
     assert execute([*command, "4"]) == 0
-    folder = Path("films/smoke-0007")
+    folder = Path("made/smoke-0007")
     assert capsys.readouterr().out.splitlines()[-1] == str(folder)
     assert len(read_sequence(folder)) == 4
     written = (folder / "sequence.json").stat().st_mtime_ns
     assert execute([*command, "4"]) == 0
     assert (folder / "sequence.json").stat().st_mtime_ns == written
     assert execute([*command, "3"]) == 2
-    assert "say --replace" in capsys.readouterr().err
+    assert "pass --replace to overwrite" in capsys.readouterr().err
     assert execute([*command, "3", "--replace"]) == 0
     assert len(read_sequence(folder)) == 3
     assert len(list((folder / "frames").iterdir())) == 3
@@ -223,23 +231,23 @@ def test_generate_films_a_finished_sequence_again_only_where_told_to(
 
 @pytest.mark.sumo
 @pytest.mark.gl
-def test_run_ends_with_table_and_report_and_can_be_repeated_reported_and_done_afresh(
+def test_run_ends_with_table_and_report_and_can_be_repeated_or_run_fresh(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     command = "run smoke --frames 6 --seeds 0:2 --trackers still --jobs 1".split()
     assert execute(command) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     (folder,) = Path("results/runs").iterdir()
     assert folder.name.startswith("smoke-")
-    assert "still" in said
-    assert said.endswith(f"report: {folder}/report.html\n")
+    assert "still" in output
+    assert output.endswith(f"report: {folder}/report.html\n")
     assert Scores.read(folder).runs["seed"].tolist() == [0, 1]
     written = (folder / "report.html").stat().st_mtime_ns
 
     assert execute(command) == 0  # nothing is left to do
     assert (folder / "report.html").stat().st_mtime_ns == written
 
-    assert execute(["report", str(folder)]) == 0  # films the first seed again
+    assert execute(["report", str(folder)]) == 0  # generates the first seed again
     assert (folder / "report.html").stat().st_mtime_ns > written
 
     done = {part: part.stat().st_mtime_ns for part in (folder / "parts").iterdir()}
@@ -248,34 +256,36 @@ def test_run_ends_with_table_and_report_and_can_be_repeated_reported_and_done_af
     assert all(part.stat().st_mtime_ns > before for part, before in done.items())
 
 
-def test_progress_is_a_line_now_and_then_where_there_is_no_terminal(
+def test_progress_is_a_line_at_intervals_without_a_terminal(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(display, "_LINE_EVERY_S", 0.0)
     written = io.StringIO()
-    with display.progress_bar(Console(file=written)) as tell:
-        tell(0.0, 10.0, "starting")
-        tell(5.0, 10.0, "filming")
-    assert re.fullmatch(r" 50 %, about \d+ s left; filming\n", written.getvalue())
+    with display.progress_bar(Console(file=written), "hint") as report:
+        report(0.0, 10.0, "starting")
+        report(5.0, 10.0, "rendering")
+    assert re.fullmatch(r" 50 %, about \d+ s left; rendering\n", written.getvalue())
 
 
 def test_progress_is_a_bar_with_time_left_on_a_terminal() -> None:
     written = io.StringIO()
     console = Console(file=written, force_terminal=True, width=80)
-    with display.progress_bar(console) as tell:
-        tell(5.0, 10.0, "filming")
-    assert "filming" in written.getvalue()
+    with display.progress_bar(console, "hint") as report:
+        report(5.0, 10.0, "rendering")
+    assert "rendering" in written.getvalue()
     assert " 50%" in written.getvalue()
 
 
 @pytest.mark.sumo
 @pytest.mark.gl
-def test_failed_run_is_said_and_status_1(capsys: pytest.CaptureFixture[str]) -> None:
+def test_failed_run_is_reported_and_status_1(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     Path("blind.yaml").write_text(blind_smoke().model_dump_json())  # JSON is YAML
     command = "run ./blind.yaml --seeds 0 --trackers still --jobs 1"
     assert execute(command.split()) == 1
-    said = capsys.readouterr().out
-    assert "failed: still on blind, seed 0: no sequence: blind: " in said
+    output = capsys.readouterr().out
+    assert "failed: still on blind, seed 0: no sequence: blind: " in output
 
 
 @pytest.mark.sumo

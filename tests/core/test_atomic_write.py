@@ -1,4 +1,4 @@
-"""Writing whole or not at all."""
+"""Atomic writes: complete or not at all."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_file_stays_as_it_was_when_the_block_raises(tmp_path: Path) -> None:
 
 def test_folder_in_place_of_the_file_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("years")
-    with pytest.raises(DatasetError, match="is a folder, wanted the path of a file"):
+    with pytest.raises(DatasetError, match="expected the path of a file, got a folder"):
         atomic_write(tmp_path).__enter__()
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
 
@@ -40,13 +40,13 @@ def test_working_folder_is_refused_as_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(DatasetError, match=r"^\.: is a folder"):
+    with pytest.raises(DatasetError, match=r"^\.: expected the path of a file"):
         atomic_write(Path()).__enter__()
 
 
 def test_folder_made_while_the_file_is_written_stays(tmp_path: Path) -> None:
     path = tmp_path / "file"
-    with pytest.raises(IsADirectoryError), atomic_write(path) as temporary:
+    with pytest.raises(DatasetError), atomic_write(path) as temporary:
         temporary.write_text("new")
         (path / "thesis").mkdir(parents=True)
     assert [p.name for p in path.iterdir()] == ["thesis"]

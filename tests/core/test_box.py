@@ -34,7 +34,7 @@ def test_overlap_is_intersection_over_union(
     assert overlap(_row(0, 0, 2, 2), other) == pytest.approx(expected)
 
 
-def test_two_empty_boxes_overlap_by_nothing() -> None:
+def test_overlap_of_two_empty_boxes_is_zero() -> None:
     assert overlap(_row(1, 1, 0, 0), _row(1, 1, 0, 0)) == 0.0
 
 
@@ -43,7 +43,7 @@ def test_overlap_with_an_absent_box_is_nan() -> None:
 
 
 @given(first=_boxes, second=_boxes, shift=_places)
-def test_overlap_is_symmetric_bounded_and_does_not_care_where(
+def test_overlap_is_symmetric_bounded_and_invariant_to_translation(
     first: NDArray[np.float64], second: NDArray[np.float64], shift: float
 ) -> None:
     value = float(overlap(first, second))
@@ -61,7 +61,7 @@ def test_overlap_with_itself_is_one(box: NDArray[np.float64]) -> None:
 
 
 @given(box=_boxes)
-def test_clipped_boxes_lie_inside_both_image_and_box(box: NDArray[np.float64]) -> None:
+def test_clipped_boxes_are_inside_both_image_and_box(box: NDArray[np.float64]) -> None:
     inside = clip(box[None], 50, 40)[0]
     if np.isnan(inside).any():
         assert np.isnan(inside).all()
@@ -73,24 +73,24 @@ def test_clipped_boxes_lie_inside_both_image_and_box(box: NDArray[np.float64]) -
         assert area(inside) <= area(box) + 1e-9
 
 
-def test_clip_leaves_its_argument_alone() -> None:
+def test_clip_does_not_modify_its_argument() -> None:
     boxes = np.array([[-5.0, -5.0, 10.0, 10.0]])
     clip(boxes, 4, 4)
     assert boxes.tolist() == [[-5.0, -5.0, 10.0, 10.0]]
 
 
-def test_centres_have_no_half_pixel_surprises() -> None:
+def test_centres_are_in_continuous_pixels() -> None:
     assert centers(_row(10, 20, 4, 6)).tolist() == [12.0, 23.0]
     assert Box(10, 20, 4, 6).center == (12.0, 23.0)
     assert Box.from_center(12, 23, 4, 6) == Box(10, 20, 4, 6)
 
 
 @given(box=_boxes)
-def test_a_box_and_its_row_are_the_same(box: NDArray[np.float64]) -> None:
+def test_box_round_trips_through_an_array(box: NDArray[np.float64]) -> None:
     assert Box.from_array(box).to_array().tolist() == box.tolist()
 
 
-def test_only_finite_boxes_are_finite() -> None:
+def test_box_with_a_nan_or_infinite_number_is_not_finite() -> None:
     assert Box(0, 0, 1, 1).is_finite
     assert not Box(0, float("nan"), 1, 1).is_finite
     assert not Box(0, 0, float("inf"), 1).is_finite

@@ -14,12 +14,12 @@ _pixels = arrays(
 
 
 @given(pixels=_pixels)
-def test_a_mask_comes_back_as_it_was(pixels: NDArray[np.bool_]) -> None:
+def test_mask_round_trips_through_an_array(pixels: NDArray[np.bool_]) -> None:
     mask = Mask.from_array(pixels)
     assert np.array_equal(mask.to_array(), pixels)
     assert mask.pixel_count == pixels.sum()
     assert mask.counts.sum() == pixels.size
 
 
-def test_runs_start_with_zeros_even_if_there_are_none() -> None:
+def test_first_run_counts_zeros_even_if_there_are_none() -> None:
     assert Mask.from_array(np.array([[True, True, False]])).counts.tolist() == [0, 2, 1]

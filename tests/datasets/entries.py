@@ -1,4 +1,4 @@
-"""Entries of sequences that nobody filmed."""
+"""Entries of data sets without the sequences they describe."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def hidden_by_half(sequence: Sequence) -> Sequence:
     return dataclasses.replace(sequence, truth=truth)
 
 
-def test_a_summary_counts_frames_moves_and_hiding(tiny: Sequence) -> None:
+def test_summary_has_frames_displacement_and_hidden_share(tiny: Sequence) -> None:
     summary = summary_of(hidden_by_half(tiny))
     assert summary["frames"] == 8
     assert summary["duration_s"] == pytest.approx(7 / 25)
@@ -69,7 +69,7 @@ def two() -> list[dict[str, Any]]:
     return [summary_of(tiny_sequence(8)), summary_of(tiny_sequence(4, name="short"))]
 
 
-def test_a_card_adds_up_its_sequences(two: list[dict[str, Any]]) -> None:
+def test_card_adds_up_its_sequences(two: list[dict[str, Any]]) -> None:
     _, content = card(iter(two), {"name": "pair"})
     assert (content["sequences"], content["frames"]) == (2, 12)
     assert content["scenarios"]["short"]["frames"] == 4
@@ -80,7 +80,7 @@ def test_a_card_adds_up_its_sequences(two: list[dict[str, Any]]) -> None:
     json.dumps(content, allow_nan=False)
 
 
-def test_the_licence_is_not_declared_unless_its_maker_chooses_one(
+def test_licence_is_not_declared_by_default(
     two: list[dict[str, Any]],
 ) -> None:
     text, content = card(two, {"licence": None})
@@ -89,7 +89,7 @@ def test_the_licence_is_not_declared_unless_its_maker_chooses_one(
     assert "CC0" in card(two, {"licence": "CC0-1.0"})[0]
 
 
-def test_the_text_shows_how_to_make_it_again_and_how_it_spreads(
+def test_text_has_the_command_and_the_distributions(
     two: list[dict[str, Any]],
 ) -> None:
     command = "simbench generate tiny --count 2 --format got10k --out set"
@@ -102,14 +102,14 @@ def test_the_text_shows_how_to_make_it_again_and_how_it_spreads(
     assert "pole  2  ####" in text
 
 
-def test_the_text_shows_every_command_where_several_made_it(
+def test_text_has_every_command_of_several(
     two: list[dict[str, Any]],
 ) -> None:
     text, _ = card(two, {"command": "simbench generate a\nsimbench generate b"})
     assert "```sh\nsimbench generate a\nsimbench generate b\n```" in text
 
 
-def test_what_is_rare_still_has_a_bar(tiny: Sequence) -> None:
+def test_small_counts_have_a_bar_too(tiny: Sequence) -> None:
     many = [summary_of(tiny)] * 200
     one = summary_of(hidden_by_half(tiny))
     text, _ = card([*many, one], {})
@@ -118,8 +118,8 @@ def test_what_is_rare_still_has_a_bar(tiny: Sequence) -> None:
 
 
 def test_a_bar_in_a_scenarios_line_does_not_break_the_table(tiny: Sequence) -> None:
-    story = {"tests": "left | right\nand back"}
-    text, _ = card([summary_of(dataclasses.replace(tiny, scenario=story))], {})
+    scenario = {"tests": "left | right\nand back"}
+    text, _ = card([summary_of(dataclasses.replace(tiny, scenario=scenario))], {})
     assert r"| left \| right and back |" in text
 
 

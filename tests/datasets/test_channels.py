@@ -22,7 +22,7 @@ from simbench.datasets.channels import (
     write_channel,
 )
 from simbench.datasets.native import read_sequence, write_sequence
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 DEPTH = np.array([[1.5, np.inf, 3e-7], [0.1, 2499.9, 7.0]], np.float32)
 FLOW = np.array([[[0.01, -700.5], [np.nan, np.nan]], [[3, 4], [5, 6]]], np.float32)
@@ -49,7 +49,7 @@ def with_channels(sequence: Sequence) -> Sequence:
         pytest.param("occlusions", MASK, id="mask"),
     ],
 )
-def test_a_channel_comes_back_to_the_bit(
+def test_channel_is_read_exactly_as_written(
     tmp_path: Path, name: str, array: np.ndarray
 ) -> None:
     write_channel(tmp_path, name, 0, array)
@@ -125,7 +125,7 @@ def test_channels_are_known_and_in_order() -> None:
 
 @pytest.fixture(scope="module")
 def made() -> Sequence:
-    return simbench.generate(story(), 0, channels=("flow", "depth"))
+    return simbench.generate(small_scenario(), 0, channels=("flow", "depth"))
 
 
 @pytest.mark.gl
@@ -143,22 +143,22 @@ class TestGenerated:
         assert vehicles is not None
         target = vehicles.masks[0][int(vehicles.ids[0])].to_array()
         assert depth[target].min() == pytest.approx(40 - 4.5 / 2, abs=0.05)
-        # The camera stands still: all that moves is the target, but for pixels at its
+        # The camera does not move: only the target does, except for pixels at its
         # edge that are not mostly its own and have their sample on it.
         moves: np.ndarray = np.hypot(flow[..., 0], flow[..., 1]) > 0.0
         assert moves[target].mean() > 0.95
         assert moves[~target].mean() < 0.01
 
     def test_channels_change_nothing_else(self, made: Sequence) -> None:
-        assert simbench.generate(story(), 0).digests == made.digests
+        assert simbench.generate(small_scenario(), 0).digests == made.digests
 
-    def test_what_an_earlier_sequence_recorded_is_cleared(self, tmp_path: Path) -> None:
-        simbench.generate(story(), 0, tmp_path, channels=["depth"])
-        assert simbench.generate(story(), 0, tmp_path).channels == {}
+    def test_channels_of_an_earlier_sequence_are_cleared(self, tmp_path: Path) -> None:
+        simbench.generate(small_scenario(), 0, tmp_path, channels=["depth"])
+        assert simbench.generate(small_scenario(), 0, tmp_path).channels == {}
         assert not list((tmp_path / "depth").iterdir())
 
     def test_the_folder_lives_as_long_as_a_channel(self) -> None:
-        sequence: Any = simbench.generate(story(), 0, channels=["depth"])
+        sequence: Any = simbench.generate(small_scenario(), 0, channels=["depth"])
         depth = sequence.channels["depth"]
         del sequence
         gc.collect()
@@ -168,5 +168,7 @@ class TestGenerated:
         self, tmp_path: Path
     ) -> None:
         with pytest.raises(DatasetError, match="got 'colour'"):
-            simbench.generate(story(), 0, tmp_path / "out", channels=["colour"])
+            simbench.generate(
+                small_scenario(), 0, tmp_path / "out", channels=["colour"]
+            )
         assert not (tmp_path / "out").exists()

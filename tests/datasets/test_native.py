@@ -1,4 +1,4 @@
-"""The bench's own layout on disk: what goes in comes out, and rubbish is refused."""
+"""The native layout: sequences are read as written, damaged ones are refused."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from simbench.core.errors import DatasetError
+from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence
 from simbench.datasets.native import (
     FrameFolder,
@@ -25,10 +27,10 @@ from simbench.datasets.native import (
 
 
 def assert_same(first: Any, second: Any, path: str = "sequence") -> None:
-    """Compare two values field by field, arrays to the bit and with their type."""
+    """Compare two values field by field, arrays bit by bit and with their type."""
     if isinstance(first, np.ndarray):
-        assert first.dtype == second.dtype, path
-        np.testing.assert_array_equal(first, second, err_msg=path)
+        assert (first.dtype, first.shape) == (second.dtype, second.shape), path
+        assert first.tobytes() == second.tobytes(), path
     elif dataclasses.is_dataclass(first):
         assert type(first) is type(second), path
         for field in dataclasses.fields(first):
@@ -52,11 +54,11 @@ def folder(tiny: Sequence, tmp_path: Path) -> Path:
     return tmp_path / "tiny"
 
 
-def test_sequence_comes_back_exactly(tiny: Sequence, folder: Path) -> None:
+def test_sequence_is_read_exactly_as_written(tiny: Sequence, folder: Path) -> None:
     assert_same(tiny, read_sequence(folder))
 
 
-def test_sequence_without_vehicles_cameras_or_scenario_comes_back_exactly(
+def test_sequence_without_vehicles_cameras_or_scenario_is_read_as_written(
     tiny: Sequence, tmp_path: Path
 ) -> None:
     bare = dataclasses.replace(
@@ -72,7 +74,7 @@ def test_sequence_without_vehicles_cameras_or_scenario_comes_back_exactly(
     assert_same(bare, read_sequence(tmp_path))
 
 
-def test_sequence_without_masks_comes_back_without_masks(
+def test_sequence_without_masks_is_read_without_masks(
     tiny: Sequence, tmp_path: Path
 ) -> None:
     assert tiny.truth.vehicles is not None
@@ -84,13 +86,37 @@ def test_sequence_without_masks_comes_back_without_masks(
     assert found.masks == ()
 
 
+@pytest.mark.parametrize("known", [(), ("pitches",), ("pitches", "visible_fraction")])
+def test_truth_is_the_same_to_the_bit(
+    tiny: Sequence, tmp_path: Path, rng: np.random.Generator, known: tuple[str, ...]
+) -> None:
+    vehicles = tiny.truth.vehicles
+    assert vehicles is not None
+    values = rng.standard_normal((8, 2)) * 10.0 ** rng.integers(-300, 300, (8, 2))
+    values[:4] = [[-0.0, np.nan], [np.inf, -np.inf], [5e-324, 0.1], [np.nan, 0.0]]
+    # several masks in one frame, not in the order of their ids
+    masks: list[dict[int, Mask]] = [{} for _ in range(8)]
+    masks[3] = {
+        number: Mask.from_array(rng.random((24, 32)) < share)
+        for number, share in ((2, 0.5), (1, 0.0), (7, 1.0))
+    }
+    arrays: dict[str, Any] = dict.fromkeys(("depths", *known), values)
+    seen = dataclasses.replace(vehicles, masks=tuple(masks), **arrays)
+    truth = dataclasses.replace(tiny.truth, vehicles=seen, displacement_px=values[:, 0])
+    write_sequence(tmp_path, dataclasses.replace(tiny, truth=truth))
+    found = read_sequence(tmp_path)
+    assert_same(truth, found.truth)
+    assert found.truth.vehicles is not None
+    assert [list(frame) for frame in found.truth.vehicles.masks][3] == [2, 1, 7]
+
+
 def test_writing_the_same_sequence_twice_gives_the_same_bytes(
     tiny: Sequence, tmp_path: Path
 ) -> None:
     for name in ("a", "b"):
         write_sequence(tmp_path / name, tiny)
     files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*.*"))
-    assert len(files) == len(tiny) + 2
+    assert len(files) == len(tiny) + 6
     for file in files:
         assert (tmp_path / "a" / file).read_bytes() == (
             tmp_path / "b" / file
@@ -103,7 +129,7 @@ def test_image_is_read_only(folder: Path) -> None:
         image[0, 0, 0] = 1
 
 
-def test_frames_are_not_kept(folder: Path) -> None:
+def test_frames_are_not_kept_in_memory(folder: Path) -> None:
     frames = read_sequence(folder).frames
     seen = weakref.ref(frames[0].image)
     gc.collect()
@@ -124,7 +150,7 @@ def test_slice_is_lazy_and_keeps_frame_numbers(folder: Path) -> None:
     assert part.times_s.tolist() == [2 / 25.0, 4 / 25.0]
 
 
-def test_writing_metadata_leaves_streamed_frames_alone(
+def test_writing_leaves_frames_already_in_the_folder_alone(
     tiny: Sequence, tmp_path: Path
 ) -> None:
     for frame in tiny.frames:
@@ -171,9 +197,28 @@ def _drop_frame(folder: Path) -> None:
     (folder / "frames" / "000003.png").unlink()
 
 
-def _cut_arrays(folder: Path) -> None:
-    path = folder / "truth.npz"
+def _cut_table(folder: Path) -> None:
+    path = folder / "truth" / "masks.parquet"
     path.write_bytes(path.read_bytes()[:200])
+
+
+def _drop_table(folder: Path) -> None:
+    (folder / "truth" / "target.parquet").unlink()
+
+
+def _drop_column(folder: Path) -> None:
+    path = folder / "truth" / "vehicles.parquet"
+    pq.write_table(pq.read_table(path).drop_columns("depth_m"), path)
+
+
+def _drop_rows(folder: Path) -> None:
+    path = folder / "truth" / "vehicles.parquet"
+    pq.write_table(pq.read_table(path).slice(0, 3), path)
+
+
+def _drop_metadata(folder: Path) -> None:
+    path = folder / "truth" / "cameras.parquet"
+    pq.write_table(pq.read_table(path).replace_schema_metadata(), path)
 
 
 def _cut_picture(folder: Path) -> None:
@@ -200,11 +245,20 @@ def _set(key: str, value: object) -> Any:
     ("damage", "message"),
     [
         pytest.param(_drop_frame, r"000003\.png: missing", id="frame missing"),
-        pytest.param(_cut_arrays, r"truth\.npz: cannot read", id="arrays cut short"),
+        pytest.param(_cut_table, "not a readable table", id="table cut short"),
+        pytest.param(_drop_table, "no such truth table", id="table missing"),
+        pytest.param(_drop_column, "damaged.*depth_m", id="column missing"),
+        pytest.param(_drop_rows, "damaged.*reshape", id="rows missing"),
+        pytest.param(_drop_metadata, "must be of version 1, got none", id="no version"),
         pytest.param(_cut_picture, "not a readable picture", id="empty picture"),
         pytest.param(_shrink_picture, "must be 32 x 24 px", id="picture of other size"),
         pytest.param(_break_json, "not valid JSON", id="broken JSON"),
-        pytest.param(_set("layout", 99), "layout must be 1, got 99", id="other layout"),
+        pytest.param(_set("layout", 99), "expected 2, got 99$", id="other layout"),
+        pytest.param(
+            _set("layout", 1),
+            "expected 2, got 1 of an earlier version",
+            id="old layout",
+        ),
         pytest.param(_set("vehicles", [{"name": 1}]), "damaged", id="bad vehicle"),
         pytest.param(_set("requested", None), "damaged", id="no dials"),
     ],

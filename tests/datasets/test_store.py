@@ -1,4 +1,4 @@
-"""Stores: the same conduct of a folder, a URL of one, and this process's memory."""
+"""Stores: a folder, the URL of one, and this process's memory behave the same."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import fsspec
 import pytest
 
 from simbench.core.errors import DatasetError
-from simbench.datasets import remote_store as url_store
-from simbench.datasets.remote_store import UrlStore
+from simbench.datasets import lease as lease_module
 from simbench.datasets.store import FolderStore, Store, open_store
 
 
@@ -24,7 +23,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
         "folder": str(tmp_path / "out"),
         "url": f"dir://out::file://{tmp_path}",
         "memory": "memory://out/films",
-        "pattern": "memory://out/[films]*",  # which a driver may take for many names
+        "pattern": "memory://out/[films]*",  # which a driver may take for a pattern
     }
     yield places[request.param]
     memory = fsspec.filesystem("memory")
@@ -45,11 +44,13 @@ def _file(folder: Path, text: str) -> Path:
     return path
 
 
-def test_taken_files_are_there_and_gone_from_here(store: Store, tmp_path: Path) -> None:
+def test_put_files_are_in_the_store_and_no_longer_local(
+    store: Store, tmp_path: Path
+) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
     one.write_text("1")
     two.write_text("2")
-    store.take({"a/b/one": one, "a/two": two})
+    store.put({"a/b/one": one, "a/two": two})
     assert not one.exists() and not two.exists()
     assert store.names("") == ["a"]
     assert sorted(store.names("a")) == ["b", "two"]
@@ -58,28 +59,26 @@ def test_taken_files_are_there_and_gone_from_here(store: Store, tmp_path: Path) 
     assert not store.has("a/three")
 
 
-def test_taken_file_replaces_what_was_there(store: Store, tmp_path: Path) -> None:
+def test_put_file_replaces_an_existing_one(store: Store, tmp_path: Path) -> None:
     for text in ("old", "new"):
-        store.take({"a": _file(tmp_path, text)})
+        store.put({"a": _file(tmp_path, text)})
     assert store.read(["a"]) == [b"new"]
 
 
-def test_removed_files_are_gone_and_missing_ones_no_fault(
-    store: Store, tmp_path: Path
-) -> None:
-    store.take({"a/b": _file(tmp_path, "x")})
+def test_removing_missing_files_is_no_error(store: Store, tmp_path: Path) -> None:
+    store.put({"a/b": _file(tmp_path, "x")})
     store.remove(["a/b", "a/c"])
     assert store.names("a") == []
 
 
-def test_removed_folder_goes_with_all_in_it(store: Store, tmp_path: Path) -> None:
+def test_folder_is_removed_with_its_content(store: Store, tmp_path: Path) -> None:
     for path in ("a/b/1", "a/b/c/2", "a/3"):
-        store.take({path: _file(tmp_path, "x")})
+        store.put({path: _file(tmp_path, "x")})
     store.remove(["a/b", "a/nowhere"])
     assert store.names("a") == ["3"]
 
 
-def test_folder_that_is_not_there_holds_nothing(store: Store) -> None:
+def test_missing_folder_has_no_names(store: Store) -> None:
     assert store.names("nowhere") == []
 
 
@@ -88,21 +87,21 @@ def test_missing_file_is_named(store: Store) -> None:
         store.read(["nothing"])
 
 
-def test_second_claim_is_refused_in_one_line(store: Store, place: str) -> None:
+def test_second_lock_is_refused_in_one_line(store: Store, place: str) -> None:
     with pytest.raises(DatasetError, match="another run is writing here"):
         with open_store(place).locked():
             pass
 
 
-def test_claim_ends_with_its_block(place: str) -> None:
+def test_lock_ends_with_its_block(place: str) -> None:
     for _ in range(2):
         with open_store(place).locked():
             pass
 
 
-def test_url_whose_production_fell_silent_can_be_claimed(tmp_path: Path) -> None:
+def test_url_can_be_locked_after_its_lease_expired(tmp_path: Path) -> None:
     url = f"dir://out::file://{tmp_path}"
-    killed = UrlStore(url).locked()
+    killed = open_store(url).locked()
     killed.__enter__()  # and never leaves
     lease = tmp_path / "out" / "production.lock"
     content = json.loads(lease.read_text())
@@ -112,40 +111,43 @@ def test_url_whose_production_fell_silent_can_be_claimed(tmp_path: Path) -> None
     assert not lease.exists()
 
 
-def test_production_that_lost_its_url_to_another_stops(
+def test_production_whose_lease_another_took_is_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = f"dir://out::file://{tmp_path}"
-    mine, other = UrlStore(url), UrlStore(url)
-    monkeypatch.setattr(url_store, "_RENEW_S", 0.05)
+    mine, other = open_store(url), open_store(url)
+    monkeypatch.setattr(lease_module, "_RENEW_S", 0.05)
     lost = mine.locked()
     lost.__enter__()
-    mine.still_ours()
-    monkeypatch.setattr(url_store, "_LEASE_S", 0.0)  # as after a long silence
+    mine.check_lock()
+    monkeypatch.setattr(lease_module, "_EXPIRY_S", 0.0)  # as after a long silence
     with other.locked():
         limit = time.monotonic() + 10
         with pytest.raises(DatasetError, match="another run is writing here"):
             while time.monotonic() < limit:
-                mine.still_ours()
+                mine.check_lock()
                 time.sleep(0.01)
         lost.__exit__(None, None, None)
-        other.still_ours()
+        other.check_lock()
 
 
-def test_claim_is_renewed_whatever_the_production_is_at(
+def test_lease_is_renewed_while_the_production_is_busy(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = f"dir://out::file://{tmp_path}"
     lease = tmp_path / "out" / "production.lock"
-    monkeypatch.setattr(url_store, "_RENEW_S", 0.01)
-    with UrlStore(url).locked():
+    monkeypatch.setattr(lease_module, "_RENEW_S", 0.01)
+    with open_store(url).locked():
         first, limit = lease.read_text(), time.monotonic() + 10
-        while lease.read_text() in (first, ""):  # in a busy loop that asks for nothing
+        while lease.read_text() in (
+            first,
+            "",
+        ):  # does not use the store
             assert time.monotonic() < limit
     assert not lease.exists()
 
 
-def test_file_of_another_disk_is_copied_whole(
+def test_file_of_another_disk_is_copied(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     local = _file(tmp_path, "pictures")
@@ -159,7 +161,7 @@ def test_file_of_another_disk_is_copied_whole(
     monkeypatch.setattr(Path, "replace", across)
     store = FolderStore(tmp_path / "out")
     with store.locked():
-        store.take({"a/b": local})
+        store.put({"a/b": local})
         assert store.read(["a/b"]) == [b"pictures"]
         assert not local.exists()
         assert store.names("") == ["a"]
@@ -170,13 +172,13 @@ def test_file_of_another_disk_is_copied_whole(
     [
         pytest.param("nosuch://a/b", "Protocol not known", id="protocol"),
         pytest.param("sftp://host/a", "needs a driver", id="driver not installed"),
-        pytest.param("://", "wanted a folder, or a URL", id="no scheme"),
-        pytest.param("::", "wanted a folder, or a URL", id="no links"),
-        pytest.param("simplecache::", "wanted a folder, or a URL", id="half a chain"),
+        pytest.param("://", "expected a folder, or a URL", id="no scheme"),
+        pytest.param("::", "expected a folder, or a URL", id="no links"),
+        pytest.param("simplecache::", "expected a folder, or a URL", id="half a chain"),
         pytest.param("/proc/nowhere", "/proc/nowhere", id="folder that cannot be"),
     ],
 )
-def test_place_that_cannot_be_used_is_one_line(place: str, words: str) -> None:
+def test_unusable_place_is_refused_in_one_line(place: str, words: str) -> None:
     with pytest.raises(DatasetError, match=words) as caught:
         with open_store(place).locked():
             pass
@@ -190,15 +192,15 @@ def test_place_that_cannot_be_used_is_one_line(place: str, words: str) -> None:
         pytest.param("dir://out::file://{}", "dir://out/films::file://{}", id="url"),
     ],
 )
-def test_url_of_a_file_is_no_empty_folder(
+def test_url_of_a_file_is_refused_as_a_folder(
     tmp_path: Path, folder: str, file: str
 ) -> None:
-    open_store(folder.format(tmp_path)).take({"films": _file(tmp_path, "x")})
-    with pytest.raises(DatasetError, match="is a file, wanted a folder"):
+    open_store(folder.format(tmp_path)).put({"films": _file(tmp_path, "x")})
+    with pytest.raises(DatasetError, match="is a file, expected a folder"):
         open_store(file.format(tmp_path)).names("")
 
 
-def test_files_are_on_the_disk_before_their_names_are(
+def test_files_are_flushed_before_they_are_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done: list[str] = []
@@ -216,7 +218,7 @@ def test_files_are_on_the_disk_before_their_names_are(
     local = _file(tmp_path, "x")
     monkeypatch.setattr(os, "fsync", fsync)
     monkeypatch.setattr(Path, "replace", replace)
-    FolderStore(tmp_path / "out").take({"a/b": local})
+    FolderStore(tmp_path / "out").put({"a/b": local})
     assert done[:2] == ["flushed local", "named out/a/b"]
     assert sorted(done[2:]) == ["flushed out", "flushed out/a"]
 

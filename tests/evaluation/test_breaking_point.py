@@ -1,4 +1,4 @@
-"""Breaking points: known curves are found again, and odd data do no harm."""
+"""Breaking points: known curves are recovered, and degenerate data handled."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def swept(seeds: int, shares: Floats) -> tuple[Floats, Floats, NDArray[np.int64]
 
 
 @pytest.mark.parametrize("slope", [-5.0, -20.0, 20.0])
-def test_points_on_a_logistic_curve_give_it_back(
+def test_points_on_a_logistic_curve_recover_it(
     slope: float, rng: np.random.Generator
 ) -> None:
     found = breaking_point(*swept(3, expit(slope * (GRID - 0.43))), rng)
@@ -37,20 +37,20 @@ def test_points_on_a_logistic_curve_give_it_back(
 
 
 def scattered(rng: np.random.Generator, seeds: int) -> Floats:
-    """Return shares of seeds that break at 0.6, give or take 0.08."""
+    """Return shares of seeds with breaking points of mean 0.6 and deviation 0.08."""
     centers = 0.6 + rng.normal(0.0, 0.08, (seeds, 1))
     noise = rng.normal(0.0, 0.03, (seeds, len(GRID)))
     shares: Floats = np.clip(expit(-12.0 * (GRID - centers)) + noise, 0.0, 1.0)
     return shares
 
 
-def test_interval_holds_the_truth_as_often_as_it_says(rng: np.random.Generator) -> None:
-    held = 0
+def test_interval_covers_the_true_value_at_its_level(rng: np.random.Generator) -> None:
+    covered = 0
     for _ in range(100):
-        found = breaking_point(*swept(6, scattered(rng, 6)), rng, draws=400)
-        held += found.low <= 0.6 <= found.high
+        found = breaking_point(*swept(6, scattered(rng, 6)), rng, samples=400)
+        covered += found.low <= 0.6 <= found.high
     # 95 expected; a binomial of 100 falls below 88 once in 700 times
-    assert held >= 88
+    assert covered >= 88
 
 
 def test_interval_shrinks_with_the_seeds(rng: np.random.Generator) -> None:
@@ -64,7 +64,7 @@ def test_interval_shrinks_with_the_seeds(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("share", "state", "end"), [(1.0, "beyond", np.inf), (0.0, "below", -np.inf)]
 )
-def test_constant_success_breaks_outside_the_range(
+def test_constant_success_has_no_breaking_point_within_the_range(
     share: float, state: str, end: float, rng: np.random.Generator
 ) -> None:
     found = breaking_point(*swept(3, np.full(11, share)), rng)
@@ -73,21 +73,21 @@ def test_constant_success_breaks_outside_the_range(
     assert np.isnan([found.value, found.slope, found.intercept]).all()
 
 
-def test_dial_that_eases_upwards_ends_its_interval_below(
+def test_interval_of_a_dial_that_is_easier_upwards_ends_below(
     rng: np.random.Generator,
 ) -> None:
-    sure = swept(3, np.ones(11))
-    found = breaking_point(*sure, rng, is_harder_upwards=False)
+    perfect = swept(3, np.ones(11))
+    found = breaking_point(*perfect, rng, is_harder_upwards=False)
     assert (found.state, found.low, found.high) == ("beyond", -np.inf, -np.inf)
 
 
-def test_success_of_one_half_throughout_has_not_fallen_below(
+def test_success_of_one_half_throughout_is_beyond(
     rng: np.random.Generator,
 ) -> None:
     assert breaking_point(*swept(3, np.full(11, 0.5)), rng).state == "beyond"
 
 
-def test_curve_is_not_carried_beyond_what_was_measured(
+def test_curve_is_not_extrapolated(
     rng: np.random.Generator,
 ) -> None:
     found = breaking_point(*swept(3, expit(-4.0 * (GRID - 1.2))), rng)
@@ -95,7 +95,7 @@ def test_curve_is_not_carried_beyond_what_was_measured(
     assert found.slope == pytest.approx(-4.0, rel=1e-3)
 
 
-def test_seeds_that_never_break_leave_the_interval_open(
+def test_seeds_without_a_crossing_leave_the_interval_open(
     rng: np.random.Generator,
 ) -> None:
     steps = np.array([GRID < 0.3, GRID < 0.6, GRID < 2.0]).astype(np.float64)
@@ -118,7 +118,7 @@ def test_one_seed_has_no_interval(rng: np.random.Generator) -> None:
     assert math.isnan(found.high)
 
 
-def test_dial_that_did_not_move_breaks_nowhere(rng: np.random.Generator) -> None:
+def test_constant_dial_has_no_breaking_point(rng: np.random.Generator) -> None:
     shares = np.array([0.2, 0.4, 0.3, 0.3])
     found = breaking_point(np.full(4, 7.0), shares, np.arange(4), rng)
     assert (found.state, found.range_low, found.range_high) == ("below", 7.0, 7.0)
@@ -152,7 +152,7 @@ def test_any_shares_give_a_finite_curve_and_a_point_in_range(
 ) -> None:
     dial = shift + scale * GRID
     found = breaking_point(
-        dial, np.array(shares), np.arange(11) % 3, np.random.default_rng(0), draws=20
+        dial, np.array(shares), np.arange(11) % 3, np.random.default_rng(0), samples=20
     )
     if found.state == "within":
         assert dial[0] <= found.value <= dial[-1]

@@ -1,6 +1,9 @@
-"""The measures: values checked by head, edge rules, and properties that always hold."""
+"""The measures: hand-checked values, edge cases and general properties."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -12,6 +15,9 @@ from numpy.typing import NDArray
 
 from simbench.evaluation import measures
 
+FrameMeasure: TypeAlias = Callable[
+    [NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
+]
 NAN_BOX = [np.nan] * 4
 TRUTH = np.array([[10.0, 20.0, 4.0, 8.0]])
 
@@ -26,7 +32,7 @@ boxes = arrays(
 )
 
 
-def test_scored_frames_leave_out_the_given_frame_and_absent_ones() -> None:
+def test_scored_frames_exclude_the_first_and_absent_frames() -> None:
     absent = np.array([False, False, True, False])
     assert measures.scored_frames(absent).tolist() == [False, True, False, True]
     assert absent.tolist() == [False, False, True, False]
@@ -43,7 +49,7 @@ def test_norm_center_error_divides_by_the_true_size() -> None:
     assert_allclose(measures.norm_center_error(estimate, TRUTH), [1.0])
 
 
-def test_norm_center_error_takes_a_size_below_one_pixel_as_one() -> None:
+def test_norm_center_error_counts_a_size_below_one_pixel_as_one() -> None:
     truth = np.array([[0.0, 0.0, 0.5, 0.5]])
     estimate = np.array([[3.0, 0.0, 0.5, 0.5]])
     assert measures.norm_center_error(estimate, truth).tolist() == [3.0]
@@ -63,7 +69,7 @@ def test_frame_overlap_is_intersection_over_union() -> None:
     ],
 )
 def test_frame_without_estimate_is_a_miss_and_without_truth_is_nan(
-    measure: measures.FrameMeasure, miss: float
+    measure: FrameMeasure, miss: float
 ) -> None:
     estimates = np.array([NAN_BOX, TRUTH[0], NAN_BOX])
     truth = np.array([TRUTH[0], NAN_BOX, NAN_BOX])
@@ -99,15 +105,15 @@ def test_success_area_of_no_overlap_is_zero() -> None:
     assert measures.success_area(np.zeros(7)) == 0.0
 
 
-def test_norm_precision_takes_the_value_at_a_fifth_and_the_area_all_of_them() -> None:
+def test_norm_precision_is_the_value_at_0_2_and_the_area_the_mean_of_all() -> None:
     errors = np.array([0.0, 0.2, 0.3, np.inf])
     assert measures.norm_precision(errors) == 0.5
     # 0 passes 51 thresholds, 0.2 those from 0.20 on (31), 0.3 those from 0.30 on (21)
     assert measures.norm_precision_area(errors) == pytest.approx(103 / 51 / 4)
 
 
-def test_shares_are_nan_when_no_frame_counts() -> None:
-    nothing = np.zeros(0)
+def test_shares_are_nan_without_scored_frames() -> None:
+    empty = np.zeros(0)
     for share in (
         measures.precision,
         measures.success,
@@ -115,12 +121,12 @@ def test_shares_are_nan_when_no_frame_counts() -> None:
         measures.norm_precision,
         measures.norm_precision_area,
     ):
-        assert np.isnan(share(nothing))
-    assert np.isnan(measures.success_curve(nothing)).all()
+        assert np.isnan(share(empty))
+    assert np.isnan(measures.success_curve(empty)).all()
 
 
 def test_frames_per_second_is_updates_over_their_total_time() -> None:
-    seconds = np.array([9.0, 0.1, 0.3, np.nan])  # initialisation, two answers, none
+    seconds = np.array([9.0, 0.1, 0.3, np.nan])  # initialisation, two updates, none
     assert measures.frames_per_second(seconds) == pytest.approx(2 / 0.4)
 
 
@@ -128,20 +134,20 @@ def test_frames_per_second_is_nan_without_a_timed_update() -> None:
     assert np.isnan(measures.frames_per_second(np.array([1.0])))
 
 
-def test_particle_usage_leaves_out_the_given_frame_and_frames_without_answer() -> None:
+def test_particle_usage_excludes_the_first_frame_and_frames_without_estimate() -> None:
     particles = np.array([0, 10, 40, 0])
-    answered = np.array([True, True, True, False])
-    assert measures.particle_usage(particles, answered) == (10.0, 25.0)
+    estimated = np.array([True, True, True, False])
+    assert measures.particle_usage(particles, estimated) == (10.0, 25.0)
 
 
-def test_particle_usage_is_nan_when_the_tracker_never_answered() -> None:
+def test_particle_usage_is_nan_without_estimates() -> None:
     least, mean = measures.particle_usage(np.array([0, 0]), np.array([True, False]))
     assert np.isnan(least)
     assert np.isnan(mean)
 
 
 @given(errors=distances)
-def test_precision_curve_never_falls_and_agrees_with_the_score(
+def test_precision_curve_is_ascending_and_agrees_with_the_score(
     errors: NDArray[np.float64],
 ) -> None:
     curve = measures.precision_curve(errors)
@@ -152,7 +158,7 @@ def test_precision_curve_never_falls_and_agrees_with_the_score(
 
 
 @given(values=overlaps)
-def test_success_curve_never_rises_and_agrees_with_the_score(
+def test_success_curve_is_descending_and_agrees_with_the_score(
     values: NDArray[np.float64],
 ) -> None:
     curve = measures.success_curve(values)
@@ -196,7 +202,7 @@ def test_measures_do_not_change_when_both_boxes_move(
 def test_overlap_and_normalised_error_do_not_change_with_resolution(
     estimates: NDArray[np.float64], truth: NDArray[np.float64], scale: float
 ) -> None:
-    truth = truth + np.array([0.0, 0.0, 1.0, 1.0])  # above the floor of one pixel
+    truth = truth + np.array([0.0, 0.0, 1.0, 1.0])  # above the minimum of one pixel
     for measure in (measures.norm_center_error, measures.frame_overlap):
         scaled = measure(estimates * scale, truth * scale)
         assert_allclose(scaled, measure(estimates, truth), atol=1e-9)

@@ -1,4 +1,4 @@
-"""The regression gate: what it lets through, what it stops, and what it says."""
+"""The regression gate: verdicts, messages and baselines on disk."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from simbench.experiments.regression_suite import DEFAULT_SUITE
 from tests.tiny_sequence import tiny_sequence
 
 SEEDS = (0, 1, 2)
-LONG = tiny_sequence(51)  # 50 scored frames: a frame is 0.02
+LONG = tiny_sequence(51)  # 50 scored frames: one frame is 0.02
 
 
-def follows(sequence: Sequence, kept: int, particles: int) -> Track:
+def track_right_for(sequence: Sequence, kept: int, particles: int) -> Track:
     """Return a track that is right in the first ``kept`` scored frames only."""
     count = len(sequence)
     boxes = sequence.truth.boxes.copy()
@@ -49,8 +49,8 @@ def suite(
     parts = []
     for seed, frames in zip(SEEDS, kept, strict=False):
         sequence = replace(LONG, name=scenario, seed=seed, digest=f"digest {seed}")
-        track = follows(sequence, frames, particles)
-        parts.append(score(track, sequence, tracker=tracker))
+        track = track_right_for(sequence, frames, particles)
+        parts.append(score(replace(track, tracker=tracker), sequence))
     return Scores.concat(parts)
 
 
@@ -72,7 +72,7 @@ def verdicts(checks: list[Check]) -> dict[str, str]:
 USUAL = (40, 45, 50)
 
 
-def test_tolerance_is_three_standard_errors_and_a_floor() -> None:
+def test_tolerance_is_three_standard_errors_and_a_minimum() -> None:
     (row,) = baseline_of(suite(USUAL)).rows
     assert row.mean["success_50"] == pytest.approx(0.9)
     assert row.sd["success_50"] == pytest.approx(0.1)
@@ -80,7 +80,7 @@ def test_tolerance_is_three_standard_errors_and_a_floor() -> None:
     assert row.tolerance("particles_mean") == pytest.approx(2.0)
 
 
-def test_same_code_passes() -> None:
+def test_same_scores_pass() -> None:
     checks = compare(baseline_of(suite(USUAL)), suite(USUAL))
     assert len(checks) == 3
     assert all(check.verdict == "ok" for check in checks)
@@ -104,26 +104,28 @@ def test_fall_beyond_the_spread_over_seeds_fails() -> None:
     )
 
 
-def test_seeds_that_agree_leave_only_the_floor() -> None:
+def test_seeds_that_agree_have_the_minimum_tolerance() -> None:
     baseline = baseline_of(suite((45, 45, 45)))
     assert verdicts(compare(baseline, suite((44, 44, 44))))["success_50"] == "ok"
     assert verdicts(compare(baseline, suite((43, 43, 43))))["success_50"] == "worse"
 
 
-def test_better_success_passes_and_says_so() -> None:
+def test_better_success_passes_as_better() -> None:
     checks = compare(baseline_of(suite((30, 30, 30))), suite((40, 40, 40)))
     assert verdicts(checks)["success_50"] == "better"
     assert all(check.passed for check in checks)
 
 
 @pytest.mark.parametrize("particles", [97, 103])
-def test_particle_usage_fails_when_it_moves_either_way(particles: int) -> None:
+def test_particle_usage_fails_when_it_changes_in_either_direction(
+    particles: int,
+) -> None:
     checks = compare(baseline_of(suite(USUAL)), suite(USUAL, particles=particles))
     assert verdicts(checks)["particles_mean"] == "changed"
     assert not checks[2].passed
 
 
-def test_a_tenth_of_the_particles_is_caught_twice() -> None:
+def test_a_tenth_of_the_particles_fails_usage_and_success() -> None:
     checks = compare(baseline_of(suite(USUAL)), suite((5, 10, 15), particles=10))
     assert verdicts(checks)["particles_mean"] == "changed"
     assert verdicts(checks)["success_50"] == "worse"
@@ -140,7 +142,7 @@ def test_row_that_was_not_run_fails() -> None:
 def test_row_on_fewer_seeds_fails() -> None:
     (check,) = compare(baseline_of(suite(USUAL)), suite((40, 45)))
     assert (check.verdict, check.passed) == ("missing", False)
-    assert "must be run on seeds [0, 1, 2], got [0, 1]" in check.message
+    assert "expected runs on seeds [0, 1, 2], got [0, 1]" in check.message
 
 
 def test_other_sequences_fail() -> None:
@@ -163,7 +165,7 @@ def test_failed_run_fails_with_its_reason_and_its_lower_scores() -> None:
     assert verdicts(checks)["success_50"] == "worse"  # (0.8 + 0.9 + 0) / 3
 
 
-def test_usage_that_is_no_longer_known_fails() -> None:
+def test_unknown_usage_fails() -> None:
     runs = suite(USUAL).runs.assign(particles_mean=np.nan)
     checks = compare(baseline_of(suite(USUAL)), Scores(runs, suite(USUAL).frames))
     assert verdicts(checks)["particles_mean"] == "changed"
@@ -189,7 +191,7 @@ def test_baseline_of_some_trackers_keeps_the_rows_of_others() -> None:
     assert means == pytest.approx([0.2, 0.9, 0.2] * 2)
 
 
-def test_suite_takes_a_tracker_in_the_place_of_its_label() -> None:
+def test_suite_replaces_the_tracker_of_the_same_label() -> None:
     before = replace(DEFAULT_SUITE, trackers=["dsp", "still"])
     dsp = "dsp=condensation@particles=10"
     assert before.with_trackers(["kcf=still", dsp]).trackers == [
@@ -200,12 +202,12 @@ def test_suite_takes_a_tracker_in_the_place_of_its_label() -> None:
 
 
 def test_new_baseline_must_state_its_reason() -> None:
-    with pytest.raises(DatasetError, match="must state its reason"):
+    with pytest.raises(DatasetError, match="expected a reason, got none"):
         baseline_of(suite(USUAL), reason="  ")
 
 
 def test_new_baseline_needs_two_seeds() -> None:
-    with pytest.raises(DatasetError, match="at least 2 seeds for its tolerance, got 1"):
+    with pytest.raises(DatasetError, match="at least 2 seeds for the tolerance, got 1"):
         baseline_of(suite((40,)))
 
 
@@ -217,11 +219,11 @@ def test_new_baseline_of_failed_runs_is_refused() -> None:
 
 def test_new_baseline_without_a_measure_is_refused() -> None:
     runs = suite(USUAL).runs.assign(success_50=np.nan)
-    with pytest.raises(DatasetError, match="needs success_50 on every seed"):
+    with pytest.raises(DatasetError, match="expected success_50 on every seed"):
         baseline_of(Scores(runs, suite(USUAL).frames))
 
 
-def test_baseline_comes_back_from_disk_as_it_was(tmp_path: Path) -> None:
+def test_baseline_round_trips_through_disk(tmp_path: Path) -> None:
     before = baseline_of(suite(USUAL))
     before.write(tmp_path / "baselines" / "ci.json")
     assert Baseline.read(tmp_path / "baselines" / "ci.json") == before
@@ -272,12 +274,12 @@ def test_baseline_without_a_measure_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        pytest.param({"digests": []}, "digest for each of 3 seeds, has 0", id="none"),
-        pytest.param({"digests": [""]}, "each of 3 seeds, has 1", id="too few"),
+        pytest.param({"digests": []}, "digest for each of 3 seeds, got 0", id="none"),
+        pytest.param({"digests": [""]}, "each of 3 seeds, got 1", id="too few"),
         pytest.param({"seeds": [], "digests": []}, "at least one seed", id="no seed"),
     ],
 )
-def test_baseline_row_that_contradicts_itself_is_named(
+def test_inconsistent_baseline_row_is_named(
     tmp_path: Path, change: dict[str, list[str]], fault: str
 ) -> None:
     path = tmp_path / "ci.json"
@@ -285,11 +287,15 @@ def test_baseline_row_that_contradicts_itself_is_named(
     text = json.loads(path.read_text())
     text["rows"][0] |= change
     path.write_text(json.dumps(text))
-    with pytest.raises(DatasetError, match=f"condensation on poles .*{fault}"):
+    with pytest.raises(
+        DatasetError, match=f"condensation on poles: expected .*{fault}"
+    ):
         Baseline.read(path)
 
 
-def test_junit_has_a_case_a_check_and_a_failure_a_fault(tmp_path: Path) -> None:
+def test_junit_has_one_case_per_check_and_one_failure_per_failed_check(
+    tmp_path: Path,
+) -> None:
     checks = compare(baseline_of(suite(USUAL)), suite((35, 35, 35)))
     write_junit(tmp_path / "junit.xml", checks)
     root = ElementTree.parse(tmp_path / "junit.xml").getroot()
@@ -304,17 +310,17 @@ def test_junit_has_a_case_a_check_and_a_failure_a_fault(tmp_path: Path) -> None:
     assert case.find("failure") is not None
 
 
-def test_junit_survives_escape_codes_in_a_trackers_words(tmp_path: Path) -> None:
+def test_junit_drops_escape_codes_in_a_trackers_message(tmp_path: Path) -> None:
     nan = float("nan")
-    said = "poles: \x1b[31mred & <worse>\x00"
-    check = Check("poles", "", "mine", "run", nan, nan, nan, "worse", said)
+    message = "poles: \x1b[31mred & <worse>\x00"
+    check = Check("poles", "", "mine", "run", nan, nan, nan, "worse", message)
     write_junit(tmp_path / "junit.xml", [check])
     failure = ElementTree.parse(tmp_path / "junit.xml").getroot().find(".//failure")
     assert failure is not None
     assert failure.get("message") == "poles: [31mred & <worse>"
 
 
-def test_table_rows_fit_the_headings() -> None:
+def test_table_rows_match_the_headings() -> None:
     rows = table_rows(compare(baseline_of(suite(USUAL)), suite((35, 35, 35))))
     assert all(len(row) == len(TABLE_HEADINGS) for row in rows)
     assert rows[1] == (

@@ -1,4 +1,4 @@
-"""Running one tracker over one sequence: times, seeds, and every way to fail."""
+"""Running one tracker over one sequence: times, seeds, and failures."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from simbench.core.errors import DatasetError
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Estimate
-from simbench.evaluation.run_tracker import track
+from simbench.evaluation.run_tracker import track, track_seed
 
 TRUE = Box(4, 6, 8, 8)
 
 
 class Drifting:
-    """Moves right by 1 px a frame; the work of ``at`` happens in that update."""
+    """Moves right by 1 px per frame, and calls ``act`` in frame ``at``."""
 
     def __init__(
         self,
@@ -63,26 +63,27 @@ def _end_generator(frame: Frame) -> None:
     raise GeneratorExit
 
 
-class Unspeakable(Exception):
+class BrokenStr(Exception):
     def __str__(self) -> str:
-        raise RuntimeError("no words")
+        raise RuntimeError("no text")
 
 
-def _fail_unspeakably(frame: Frame) -> None:
-    raise Unspeakable
+def _raise_broken_str(frame: Frame) -> None:
+    raise BrokenStr
 
 
 def _interrupt(frame: Frame) -> None:
     raise KeyboardInterrupt
 
 
-def test_track_holds_one_row_a_frame(tiny: Sequence) -> None:
+def test_track_has_one_row_per_frame(tiny: Sequence) -> None:
     found = track(Drifting(), tiny, seed=5)
     assert found.boxes.shape == (8, 4)
     assert found.boxes[:, 0].tolist() == [4, 5, 6, 7, 8, 9, 10, 11]
     assert found.particles.tolist() == [0, 7, 7, 7, 7, 7, 7, 7]
     assert found.confidence.tolist() == [1.0] * 8
-    assert found.seed == 5
+    assert found.seed == track_seed(5, "Drifting", 0)
+    assert found.tracker == "Drifting"
     assert found.failures == ()
     assert found.clouds == ()
 
@@ -91,10 +92,10 @@ def test_track_gives_the_true_first_box_and_a_seeded_generator(tiny: Sequence) -
     tracker = Drifting()
     found = track(tracker, tiny, seed=5)
     assert Box.from_array(found.boxes[0]) == TRUE
-    assert tracker.rng.random() == np.random.default_rng(5).random()
+    assert tracker.rng.random() == np.random.default_rng(found.seed).random()
 
 
-def test_track_keeps_clouds_when_asked(tiny: Sequence) -> None:
+def test_track_keeps_clouds_on_request(tiny: Sequence) -> None:
     clouds = track(Drifting(), tiny, seed=0, keep_clouds=True).clouds
     assert clouds[0] is None
     assert clouds[1] is not None
@@ -107,7 +108,7 @@ def test_seconds_are_those_of_the_tracker(tiny: Sequence) -> None:
     assert np.delete(found.seconds, 3).max() < 0.05
 
 
-def test_seconds_leave_out_the_reading_of_pictures(tiny: Sequence) -> None:
+def test_seconds_exclude_the_reading_of_images(tiny: Sequence) -> None:
     class Slow(list[Frame]):
         def __iter__(self):  # type: ignore[no-untyped-def]
             for frame in super().__iter__():
@@ -127,7 +128,7 @@ def test_seconds_leave_out_the_reading_of_pictures(tiny: Sequence) -> None:
             _end_generator, "exception", "GeneratorExit", id="raises GeneratorExit"
         ),
         pytest.param(
-            _fail_unspeakably, "exception", "Unspeakable", id="has no words for it"
+            _raise_broken_str, "exception", "BrokenStr", id="raises without a text"
         ),
         pytest.param(
             _write,
@@ -183,31 +184,31 @@ def test_fault_ends_the_track_in_its_frame(
             Estimate(TRUE, particles=10**30),
             "exception",
             "particles must be a whole number",
-            id="more particles than can be counted",
+            id="too many particles",
         ),
         pytest.param(
             Estimate(TRUE, particles=10**5000),
             "exception",
             "Estimate of numbers",
-            id="more particles than can be written",
+            id="too many digits of particles",
         ),
         pytest.param(
             Estimate(TRUE, particles=np.inf),  # type: ignore[arg-type]
             "exception",
             r"whole number >= 0 and < 2\^31, got inf",
-            id="endless particles",
+            id="infinite particles",
         ),
         pytest.param(
             Estimate(Box(1e308, 0, 1, 1)),
             "not-a-number",
             "within 1e",
-            id="box out of all bounds",
+            id="box far outside",
         ),
         pytest.param(
             Estimate(Box(0, 0, 1, 1.1e6)),
             "not-a-number",
             "within 1e",
-            id="endless height",
+            id="huge height",
         ),
         pytest.param(
             (0, 0, 1, 1),
@@ -229,7 +230,7 @@ def test_fault_ends_the_track_in_its_frame(
         ),
     ],
 )
-def test_unsound_estimate_is_a_failure(
+def test_invalid_estimate_is_a_failure(
     tiny: Sequence, estimate: object, kind: str, message: str
 ) -> None:
     found = track(Drifting(4, lambda frame: estimate), tiny, seed=0)
@@ -244,7 +245,9 @@ def test_ctrl_c_stops_the_run(tiny: Sequence) -> None:
         track(Drifting(3, _interrupt), tiny, seed=0)
 
 
-def test_interrupt_that_no_key_can_have_raised_is_a_failure(tiny: Sequence) -> None:
+def test_keyboard_interrupt_while_ctrl_c_is_ignored_is_a_failure(
+    tiny: Sequence,
+) -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in a worker
     try:
         (failure,) = track(Drifting(3, _interrupt), tiny, seed=0).failures
@@ -262,7 +265,7 @@ def test_update_that_returns_nothing_is_a_failure(tiny: Sequence) -> None:
     assert failure.message.endswith("got NoneType")
 
 
-def test_slow_tracker_is_given_up_between_frames(tiny: Sequence) -> None:
+def test_slow_tracker_is_stopped_between_frames(tiny: Sequence) -> None:
     slow = Drifting(2, lambda frame: time.sleep(0.2))
     found = track(slow, tiny, seed=0, timeout_s=0.1)
     (failure,) = found.failures

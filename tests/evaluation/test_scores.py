@@ -1,4 +1,4 @@
-"""Scoring a track: the rows, their columns and values, and the tables on disk."""
+"""Scoring a track: rows, columns, values, and tables on disk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simbench.evaluation.scores import Scores, score, score_failure, score_missi
 
 
 def perfect_track(sequence: Sequence) -> Track:
-    """Return the truth as a track: 0.1 s and 50 particles a frame."""
+    """Return the truth as a track with 0.1 s and 50 particles per frame."""
     count = len(sequence)
     particles = np.full(count, 50)
     particles[0] = 0
@@ -44,7 +44,7 @@ def failed_track(sequence: Sequence, frame: int) -> Track:
 
 
 def with_absent(sequence: Sequence, frame: int) -> Sequence:
-    """Return the sequence with its target gone from one frame."""
+    """Return the sequence with its target absent from one frame."""
     boxes = sequence.truth.boxes.copy()
     boxes[frame] = np.nan
     absent = np.arange(len(boxes)) == frame
@@ -57,8 +57,8 @@ def only_run(scores: Scores) -> dict[Hashable, Any]:
     return row
 
 
-def test_runs_have_the_agreed_columns_in_the_agreed_order(tiny: Sequence) -> None:
-    scores = score(perfect_track(tiny), tiny, tracker="mine")
+def test_runs_have_their_columns_in_order(tiny: Sequence) -> None:
+    scores = score(replace(perfect_track(tiny), tracker="mine"), tiny)
     assert list(scores.runs.columns)[:17] == [
         "scenario",
         "variant",
@@ -81,7 +81,7 @@ def test_runs_have_the_agreed_columns_in_the_agreed_order(tiny: Sequence) -> Non
 
 
 def test_perfect_track_scores_full_marks(tiny: Sequence) -> None:
-    run = only_run(score(perfect_track(tiny), tiny, tracker="mine"))
+    run = only_run(score(replace(perfect_track(tiny), tracker="mine"), tiny))
     assert run["status"] == "ok"
     assert run["precision_20"] == run["success_50"] == run["norm_precision"] == 1.0
     assert run["success_auc"] == pytest.approx(20 / 21)
@@ -92,8 +92,10 @@ def test_perfect_track_scores_full_marks(tiny: Sequence) -> None:
     assert run["seconds_total"] == pytest.approx(0.8)
 
 
-def test_run_keeps_what_is_needed_to_make_it_again(tiny: Sequence) -> None:
-    run = only_run(score(perfect_track(tiny), tiny, tracker="mine", repetition=2))
+def test_run_records_what_is_needed_to_repeat_it(tiny: Sequence) -> None:
+    run = only_run(
+        score(replace(perfect_track(tiny), tracker="mine", repetition=2), tiny)
+    )
     assert (run["scenario"], run["seed"], run["repetition"]) == ("tiny", 3, 2)
     assert (run["digest"], run["traffic_redraws"]) == ("ab" * 32, 1)
     assert int(str(run["track_seed"])) == 2**100
@@ -101,7 +103,7 @@ def test_run_keeps_what_is_needed_to_make_it_again(tiny: Sequence) -> None:
 
 
 def test_failed_track_misses_every_frame_from_the_failure_on(tiny: Sequence) -> None:
-    run = only_run(score(failed_track(tiny, 5), tiny, tracker="mine"))
+    run = only_run(score(replace(failed_track(tiny, 5), tracker="mine"), tiny))
     assert run["status"] == "failed"
     assert run["reason"] == "frame 5: timeout: too slow"
     assert run["frames_lost"] == 3  # frames 5, 6, 7 of the scored 1..7
@@ -111,20 +113,20 @@ def test_failed_track_misses_every_frame_from_the_failure_on(tiny: Sequence) -> 
 
 
 def test_median_error_is_infinite_when_most_frames_were_lost(tiny: Sequence) -> None:
-    run = only_run(score(failed_track(tiny, 2), tiny, tracker="mine"))
+    run = only_run(score(replace(failed_track(tiny, 2), tracker="mine"), tiny))
     assert run["center_error_median_px"] == np.inf
 
 
-def test_absent_frame_is_left_out_and_counted(tiny: Sequence) -> None:
+def test_absent_frame_is_not_scored_and_is_counted(tiny: Sequence) -> None:
     gone = with_absent(tiny, 4)
     track = perfect_track(tiny)  # an estimate in the absent frame costs nothing
-    run = only_run(score(track, gone, tracker="mine"))
+    run = only_run(score(replace(track, tracker="mine"), gone))
     assert (run["frames_absent"], run["frames_scored"]) == (1, 6)
     assert run["success_50"] == 1.0
 
 
-def test_frames_hold_estimate_truth_and_what_hid_the_target(tiny: Sequence) -> None:
-    frames = score(perfect_track(tiny), tiny, tracker="mine").frames
+def test_frames_hold_estimate_truth_and_occluder(tiny: Sequence) -> None:
+    frames = score(replace(perfect_track(tiny), tracker="mine"), tiny).frames
     assert list(frames.columns) == list(FRAME_TYPES)
     assert len(frames) == 8
     second = frames.iloc[1]
@@ -133,27 +135,27 @@ def test_frames_hold_estimate_truth_and_what_hid_the_target(tiny: Sequence) -> N
     assert frames["scored"].tolist() == [False, *[True] * 7]
 
 
-def test_frame_times_come_from_the_frames_without_pictures_where_known(
+def test_frame_times_are_read_without_images_where_known(
     tiny: Sequence,
 ) -> None:
     class Timed(list[Frame]):
         times_s = np.arange(8) / 10.0
 
         def __iter__(self) -> Iterator[Frame]:
-            raise AssertionError("a picture was read")
+            raise AssertionError("an image was read")
 
     timed = replace(tiny, frames=Timed(tiny.frames))
-    frames = score(perfect_track(tiny), timed, tracker="mine").frames
+    frames = score(replace(perfect_track(tiny), tracker="mine"), timed).frames
     assert frames["time_s"].tolist() == pytest.approx(np.arange(8) / 10.0)
 
 
 def test_score_refuses_a_track_of_another_length(tiny: Sequence) -> None:
     track = perfect_track(tiny)
     with pytest.raises(ValueError, match="8 frames of tiny, got 7"):
-        score(replace(track, boxes=track.boxes[:-1]), tiny, tracker="mine")
+        score(replace(replace(track, boxes=track.boxes[:-1]), tracker="mine"), tiny)
 
 
-def test_killed_run_scores_nothing_and_keeps_its_reason() -> None:
+def test_killed_run_scores_zero_and_keeps_its_reason() -> None:
     scores = score_failure(
         scenario="poles", seed=4, tracker="mine", reason="killed", frame_count=30
     )
@@ -166,7 +168,7 @@ def test_killed_run_scores_nothing_and_keeps_its_reason() -> None:
 
 def test_variant_is_that_of_the_scenario(tiny: Sequence) -> None:
     fast = replace(tiny, scenario={"name": "tiny", "variant": "fast"})
-    scores = score(perfect_track(fast), fast, tracker="mine")
+    scores = score(replace(perfect_track(fast), tracker="mine"), fast)
     assert only_run(scores)["variant"] == "fast"
     assert set(scores.frames["variant"]) == {"fast"}
     recorded = replace(tiny, scenario=None)
@@ -205,12 +207,10 @@ def test_concat_of_nothing_is_refused() -> None:
         Scores.concat([])
 
 
-def test_scores_come_back_from_disk_as_they_were(
-    tiny: Sequence, tmp_path: Path
-) -> None:
+def test_scores_round_trip_through_disk(tiny: Sequence, tmp_path: Path) -> None:
     before = Scores.concat(
         [
-            score(failed_track(tiny, 5), tiny, tracker="mine"),
+            score(replace(failed_track(tiny, 5), tracker="mine"), tiny),
             score_failure(scenario="a", seed=None, tracker="x", reason="killed"),
         ]
     )
@@ -243,7 +243,7 @@ def test_table_without_a_column_is_named(tiny: Sequence, tmp_path: Path) -> None
         Scores.read(tmp_path)
 
 
-def test_scores_that_cannot_be_written_are_a_users_error(
+def test_scores_that_cannot_be_written_are_a_dataset_error(
     tiny: Sequence, tmp_path: Path
 ) -> None:
     (tmp_path / "taken").write_text("a file")

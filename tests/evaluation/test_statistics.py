@@ -1,4 +1,4 @@
-"""Spread over seeds: intervals checked by head, and what counts as one seed."""
+"""Statistics over seeds: hand-checked intervals, and repetitions on one seed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def track_lost_from(sequence: Sequence, frame: int) -> Track:
 def scored(sequence: Sequence, seed: int | None, lost: int, again: int = 0) -> Scores:
     seeded = replace(sequence, seed=seed)
     track = track_lost_from(seeded, lost)
-    return score(track, seeded, tracker="mine", repetition=again)
+    return score(replace(track, tracker="mine", repetition=again), seeded)
 
 
 def test_spread_of_one_two_three() -> None:
@@ -37,7 +37,7 @@ def test_spread_of_one_two_three() -> None:
     assert (over.low, over.high) == pytest.approx((-0.484, 4.484), abs=1e-3)
 
 
-def test_spread_leaves_out_nan() -> None:
+def test_spread_ignores_nan() -> None:
     assert spread([1.0, np.nan, 3.0]).mean == 2.0
     assert spread([1.0, np.nan, 3.0]).count == 2
 
@@ -48,7 +48,7 @@ def test_spread_of_one_value_has_no_deviation() -> None:
     assert np.isnan([over.sd, over.low, over.high]).all()
 
 
-def test_spread_of_nothing_is_nan() -> None:
+def test_spread_of_no_values_is_nan() -> None:
     assert np.isnan(spread([]).mean)
     assert spread([np.nan]).count == 0
 
@@ -59,10 +59,10 @@ def test_spread_with_an_infinite_value_has_no_interval() -> None:
     assert np.isnan([over.sd, over.low]).all()
 
 
-def test_interval_covers_the_mean_as_often_as_it_says(
+def test_interval_covers_the_mean_at_its_level(
     rng: np.random.Generator,
 ) -> None:
-    # 2000 draws of 4 normal values: the share covered is 0.95 with a standard error
+    # 2000 samples of 4 normal values: the share covered is 0.95 with a standard error
     # of sqrt(0.95 * 0.05 / 2000) = 0.005; four of these are 0.02.
     over = [spread(values) for values in rng.normal(size=(2000, 4))]
     covered = np.mean([one.low <= 0.0 <= one.high for one in over])
@@ -84,7 +84,7 @@ def test_repetitions_are_averaged_before_seeds_are_counted(tiny: Sequence) -> No
     assert row["success_50.mean"] == 0.75
 
 
-def test_summary_counts_failed_runs_with_what_they_scored(tiny: Sequence) -> None:
+def test_summary_includes_failed_runs_with_their_scores(tiny: Sequence) -> None:
     scores = Scores.concat(
         [
             scored(tiny, seed=1, lost=8),

@@ -1,4 +1,4 @@
-"""What a sweep amounts to: means by value of the dial, breaking points, and words."""
+"""Results of a sweep: means by value of the dial, breaking points, descriptions."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from simbench.evaluation.scores import Scores, score_missing
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.report.sweep_text import (
     breaking_table,
-    breaking_words,
+    describe_breaking_point,
     notes,
     point_table,
 )
-from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
+from tests.report.synthetic_sweep import one_dial, synthetic_sweep, two_dials
 
 
 @pytest.fixture(scope="module")
 def swept() -> SweepScores:
-    return drawn_sweep(one_dial())[3]
+    return synthetic_sweep(one_dial())[3]
 
 
 def points_of(swept: SweepScores, tracker: str) -> pd.DataFrame:
@@ -40,19 +40,19 @@ def test_point_has_the_mean_over_seeds_and_its_interval(swept: SweepScores) -> N
     assert frail["seeds"].tolist() == [3, 3, 3, 3, 2]
 
 
-def test_point_stands_at_the_value_achieved(swept: SweepScores) -> None:
+def test_point_has_the_mean_achieved_value(swept: SweepScores) -> None:
     firm = points_of(swept, "firm")
     assert firm["achieved.occlusion.hidden"].tolist() == pytest.approx(
         [0.0, 0.245, 0.49, 0.735, 0.98]
     )
 
 
-def test_dial_that_sequences_do_not_tell_stands_as_requested() -> None:
-    points = drawn_sweep(two_dials())[3].points
+def test_unknown_achieved_value_is_as_requested() -> None:
+    points = synthetic_sweep(two_dials())[3].points
     assert np.allclose(points["achieved.noise"], points["requested.noise"])
 
 
-def test_sequence_that_cannot_be_made_has_no_part_in_the_mean(
+def test_sequence_that_cannot_be_generated_is_excluded_from_the_mean(
     swept: SweepScores,
 ) -> None:
     row = points_of(swept, "firm").iloc[-1]
@@ -61,7 +61,7 @@ def test_sequence_that_cannot_be_made_has_no_part_in_the_mean(
     assert row["reason"] == "not reachable: nothing is that wide"
 
 
-def test_killed_tracker_has_lost_at_the_value_its_sequence_achieved(
+def test_killed_tracker_scores_zero_at_the_achieved_value_of_its_sequence(
     swept: SweepScores,
 ) -> None:
     row = points_of(swept, "frail").iloc[-1]
@@ -78,8 +78,8 @@ def test_breaking_points_of_both_trackers(swept: SweepScores) -> None:
     assert frail["low"] <= frail["value"] <= frail["high"]
 
 
-def test_two_dials_break_at_each_value_of_the_second() -> None:
-    swept = drawn_sweep(two_dials())[3]
+def test_two_dials_give_a_breaking_point_per_value_of_the_second() -> None:
+    swept = synthetic_sweep(two_dials())[3]
     frail = swept.breaking[swept.breaking["tracker"] == "frail"]
     assert frail["other"].tolist() == [0.0, 0.2]
     without, noisy = frail["value"]
@@ -87,8 +87,8 @@ def test_two_dials_break_at_each_value_of_the_second() -> None:
     assert len(swept.points) == 20
 
 
-def test_point_that_no_seed_reaches_stands_without_scores() -> None:
-    scores = drawn_sweep(one_dial())[0]
+def test_point_without_sequences_has_no_scores() -> None:
+    scores = synthetic_sweep(one_dial())[0]
     variant = "occlusion.hidden=1"
     lost = [
         score_missing(
@@ -113,7 +113,7 @@ def test_point_that_no_seed_reaches_stands_without_scores() -> None:
     assert swept.breaking["range_high"].tolist() == pytest.approx([0.735, 0.735])
 
 
-def test_sweep_of_which_nothing_can_be_made_breaks_nowhere() -> None:
+def test_sweep_without_sequences_has_no_breaking_points() -> None:
     rows = [
         score_missing(
             scenario="poles",
@@ -132,12 +132,12 @@ def test_sweep_of_which_nothing_can_be_made_breaks_nowhere() -> None:
 
 
 def test_same_generator_gives_the_same_tables(swept: SweepScores) -> None:
-    again = drawn_sweep(one_dial())[3]
+    again = synthetic_sweep(one_dial())[3]
     assert_frame_equal(again.points, swept.points)
     assert_frame_equal(again.breaking, swept.breaking)
 
 
-def test_sweep_comes_back_from_disk_as_it_was(
+def test_sweep_scores_round_trip_through_disk(
     swept: SweepScores, tmp_path: Path
 ) -> None:
     swept.write(tmp_path)
@@ -158,7 +158,7 @@ def test_table_of_another_sweep_is_named(swept: SweepScores, tmp_path: Path) -> 
         SweepScores.read(tmp_path, two_dials())
 
 
-def test_tables_say_what_was_requested_and_achieved_once_a_point(
+def test_table_has_requested_and_achieved_values_once_per_point(
     swept: SweepScores,
 ) -> None:
     headings, rows = point_table(swept)
@@ -167,8 +167,8 @@ def test_tables_say_what_was_requested_and_achieved_once_a_point(
     assert rows[2][1:] == ["firm", "1.00 [1.00, 1.00]", "1.00", "0.95", "50"]
 
 
-def test_point_off_its_dial_is_starred_and_noted(swept: SweepScores) -> None:
-    runs = drawn_sweep(one_dial())[0].runs
+def test_point_off_its_dial_has_a_star_and_a_note(swept: SweepScores) -> None:
+    runs = synthetic_sweep(one_dial())[0].runs
     name = "achieved.occlusion.hidden"
     far = runs.assign(**{name: runs[name].mask(runs["seed"] == 0, runs[name] - 0.1)})
     off = sweep_scores(far, one_dial(), np.random.default_rng(0))
@@ -180,7 +180,7 @@ def test_point_off_its_dial_is_starred_and_noted(swept: SweepScores) -> None:
     assert not any("tolerance" in note for note in notes(swept))
 
 
-def test_point_that_some_seeds_miss_is_noted(swept: SweepScores) -> None:
+def test_point_with_missing_sequences_has_a_note(swept: SweepScores) -> None:
     assert notes(swept) == [
         "occlusion.hidden=1 (1 of 3 seeds): not reachable: nothing is that wide"
     ]
@@ -190,7 +190,7 @@ def test_breaking_table_names_the_dial_and_the_other(swept: SweepScores) -> None
     headings, rows = breaking_table(swept)
     assert headings == ["tracker", "breaking point of occlusion.hidden"]
     assert rows[0] == ["firm", "beyond the range: above one half from 0 to 0.98"]
-    headings, rows = breaking_table(drawn_sweep(two_dials())[3])
+    headings, rows = breaking_table(synthetic_sweep(two_dials())[3])
     assert headings == ["tracker", "noise", "breaking point of occlusion.hidden"]
     assert [row[1] for row in rows] == ["0", "0.2", "0", "0.2"]
 
@@ -212,7 +212,7 @@ def test_breaking_table_names_the_dial_and_the_other(swept: SweepScores) -> None
 def test_breaking_point_in_words(
     state: str, ends: tuple[float, float], words: str
 ) -> None:
-    assert breaking_words(_broken(state, *ends, dial="noise")) == words
+    assert describe_breaking_point(_broken(state, *ends, dial="noise")) == words
 
 
 @pytest.mark.parametrize(
@@ -222,10 +222,13 @@ def test_breaking_point_in_words(
         ("below", "beyond the range: under one half from 0 to 1"),
     ],
 )
-def test_a_dial_that_is_harder_downwards_is_left_on_its_other_side(
+def test_range_of_a_dial_that_is_harder_downwards_is_left_at_its_other_end(
     state: str, words: str
 ) -> None:
-    assert breaking_words(_broken(state, np.nan, np.nan, dial="contrast")) == words
+    assert (
+        describe_breaking_point(_broken(state, np.nan, np.nan, dial="contrast"))
+        == words
+    )
 
 
 def _broken(state: str, low: float, high: float, dial: str) -> SimpleNamespace:

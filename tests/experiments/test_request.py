@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simbench.core.errors import SimbenchError
+from simbench.evaluation.run_tracker import track_seed
 from simbench.experiments.plan import plan
 from simbench.experiments.regression_suite import DEFAULT_SUITE, Suite
-from simbench.experiments.request import Request, parse_seeds, spec_text, track_seed
+from simbench.experiments.request import Request, parse_seeds, spec_text
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.dataset import request as wanted
 from simbench.runtime import code_digest as code_digest_module
@@ -79,7 +80,7 @@ def test_digest_changes_with_everything_asked(request_of_smoke: Request) -> None
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        pytest.param({"scenarios": ()}, "scenario names: wanted at least", id="none"),
+        pytest.param({"scenarios": ()}, "scenario names: expected at least", id="none"),
         pytest.param({"seeds": (1, 1)}, "seeds must differ, got 1", id="seed twice"),
         pytest.param({"repetitions": 0}, "repetitions must be", id="no repetition"),
         pytest.param({"timeout_s": 0.0}, "timeout must be above 0 s", id="no time"),
@@ -107,8 +108,8 @@ def test_variants_of_one_scenario_are_told_apart(request_of_smoke: Request) -> N
     shoots = plan(asked, RunFolder(Path("run")))
     names = [shoot.sequence.name.rpartition("-")[0] for shoot in shoots]
     assert names[::2] == ["smoke-0000", "smoke@lit_.._x-0000"]
-    assert len({chase.part for shoot in shoots for chase in shoot.chases}) == 4
-    assert shoots[2].title == "filming: smoke@lit/../x, seed 0"
+    assert len({chase.part for shoot in shoots for chase in shoot.track_tasks}) == 4
+    assert shoots[2].title == "generating: smoke@lit/../x, seed 0"
     with pytest.raises(SimbenchError, match="'smoke' more than once"):
         dataclasses.replace(asked, scenarios=(smoke, smoke))
 
@@ -131,8 +132,8 @@ def test_code_of_different_modules_differs() -> None:
 
 
 def test_code_of_a_module_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(ModuleNotFoundError, match=r"simbench\.rendering\.film"):
-        code_of("simbench.rendering.film")
+    with pytest.raises(ModuleNotFoundError, match=r"simbench\.rendering\.scene"):
+        code_of("simbench.rendering.scene")
 
 
 def test_code_of_a_tracker_changes_with_its_file(own_code: Path) -> None:
@@ -240,7 +241,7 @@ def test_code_of_a_tracker_counts_the_module_that_makes_it(own_code: Path) -> No
     code_digest.cache_clear()
     (after,) = plan(asked, folder)
     assert before.sequence == after.sequence
-    assert before.chases[0].part != after.chases[0].part
+    assert before.track_tasks[0].part != after.track_tasks[0].part
 
 
 def test_code_changes_with_the_version_of_what_it_stands_on(

@@ -16,10 +16,11 @@ from pathlib import Path
 import pytest
 
 from simbench.core.errors import DatasetError
+from simbench.evaluation.run_tracker import track_seed
 from simbench.evaluation.scores import Scores
 from simbench.experiments.grid import finished_scores, run_grid
 from simbench.experiments.rebuild_report import rebuild_report
-from simbench.experiments.request import Request, track_seed
+from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.experiments.run_folder import RunFolder
 from simbench.runtime import pool as workers
@@ -222,7 +223,7 @@ def test_temporary_files_of_a_killed_run_are_removed(folder: RunFolder) -> None:
     left_over = folder.path / "tmp" / "simbench-traffic-x" / "road.net.xml"
     left_over.parent.mkdir(parents=True)
     left_over.touch()
-    with folder.workshop() as temporary:
+    with folder.scratch() as temporary:
         assert temporary.is_absolute()
         assert list(temporary.iterdir()) == []
         (temporary / "new").touch()
@@ -283,7 +284,7 @@ def test_folder_of_a_run_under_way_is_refused(tmp_path: Path) -> None:
     [
         pytest.param(None, "not a run folder", id="none"),
         pytest.param("{", "not valid JSON", id="broken"),
-        pytest.param("[]", "found something else", id="something else"),
+        pytest.param("[]", "found another", id="something else"),
     ],
 )
 def test_broken_run_json_is_refused(
@@ -338,7 +339,7 @@ def test_interrupted_run_stops_cleanly_and_goes_on(
     os.killpg(first.pid, signal.SIGINT)  # as a terminal does: to the workers too
     _, said = first.communicate(timeout=30)
     assert first.returncode == 130
-    assert said == "simbench: stopped; the same command goes on from here\n"
+    assert said == "simbench: stopped; the same command resumes it\n"
     # the last to go is Python's own tracker of shared resources: after its parent
     until = time.monotonic() + 10
     while left := members(first.pid):

@@ -12,7 +12,7 @@ from simbench.cli import execute
 from simbench.evaluation.scores import Scores
 from simbench.experiments.run import RunResult
 from simbench.scenarios.files.loading import read_raw_scenario
-from tests.report.drawn_sweep import drawn_sweep, one_dial
+from tests.report.synthetic_sweep import one_dial, synthetic_sweep
 
 
 @pytest.fixture(autouse=True)
@@ -23,11 +23,17 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        pytest.param(["--vary", "noise=0:1"], "wanted DIAL=FIRST:LAST:STEP", id="form"),
+        pytest.param(
+            ["--vary", "noise=0:1"], "expected DIAL=FIRST:LAST:STEP", id="form"
+        ),
         pytest.param(["--vary", "colour=0,1"], "'colour' is no dial", id="no dial"),
         pytest.param(["--vary", "noise=0,7"], "dials.noise", id="out of range"),
         pytest.param(["--vary", "noise=0:1:0"], "step above 0", id="step of zero"),
-        pytest.param(["--vary", "noise=0,1"] * 2, "given twice", id="one dial twice"),
+        pytest.param(
+            ["--vary", "noise=0,1"] * 2,
+            "expected different dials, got noise twice",
+            id="one dial twice",
+        ),
         pytest.param(
             ["--vary", "noise=0,0.1", "--seeds", "1:1"], "seeds must be", id="no seeds"
         ),
@@ -101,7 +107,7 @@ def test_sweep_leaves_tables_and_a_report_says_what_it_missed_and_is_not_done_tw
 def test_sweep_fails_by_failures_or_where_nothing_is_reached(
     status: list[str], failures: int
 ) -> None:
-    scores, _, _, swept = drawn_sweep(one_dial())
+    scores, _, _, swept = synthetic_sweep(one_dial())
     runs = scores.runs.iloc[:2].assign(status=status)
     outcome = RunResult(Scores(runs, scores.frames), Path("report.html"), swept)
     assert len(outcome.failures) == failures

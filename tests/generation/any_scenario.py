@@ -1,4 +1,4 @@
-"""Scenario files as people write them: most of them sound, some broken anywhere."""
+"""Random scenario files: most of them valid, some broken in one place."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ __all__ = ["any_scenario"]
 _NETWORKS = Path(__file__).parents[1] / "scenarios" / "network"
 _CROSSING = _NETWORKS / "crossing" / "crossing.sumocfg"
 
-Draw = Callable[[np.random.Generator], Any]
+Sampler = Callable[[np.random.Generator], Any]
 
 
-def _number(low: float, high: float) -> Draw:
+def _number(low: float, high: float) -> Sampler:
     return lambda rng: round(float(rng.uniform(low, high)), 3)
 
 
-def _whole(low: int, high: int) -> Draw:
+def _whole(low: int, high: int) -> Sampler:
     return lambda rng: int(rng.integers(low, high + 1))
 
 
-def _one(*values: Any) -> Draw:
-    """Return one of some values; what can be drawn is."""
+def _one(*values: Any) -> Sampler:
+    """Return one of some values, or a sample from it if it is a sampler."""
 
-    def draw(rng: np.random.Generator) -> Any:
+    def sample(rng: np.random.Generator) -> Any:
         value = values[int(rng.integers(len(values)))]
         return value(rng) if callable(value) else value
 
-    return draw
+    return sample
 
 
-def _list(item: Draw, low: int, high: int) -> Draw:
+def _list(item: Sampler, low: int, high: int) -> Sampler:
     return lambda rng: [item(rng) for _ in range(int(rng.integers(low, high + 1)))]
 
 
-def _all(**parts: Draw) -> Draw:
-    return lambda rng: {name: draw(rng) for name, draw in parts.items()}
+def _all(**parts: Sampler) -> Sampler:
+    return lambda rng: {name: sample(rng) for name, sample in parts.items()}
 
 
-def _some(share: float = 0.5, **parts: Draw) -> Draw:
-    """Have each part, or leave it to its default."""
+def _some(share: float = 0.5, **parts: Sampler) -> Sampler:
+    """Include each part with a probability; others have their defaults."""
     return lambda rng: {
-        name: draw(rng) for name, draw in parts.items() if rng.random() < share
+        name: sample(rng) for name, sample in parts.items() if rng.random() < share
     }
 
 
-def _with(must: Draw, may: Draw) -> Draw:
-    return lambda rng: must(rng) | may(rng)
+def _with(required: Sampler, optional: Sampler) -> Sampler:
+    return lambda rng: required(rng) | optional(rng)
 
 
 _CLASSES = _one("car", "suv", "van", "truck", "trailer", "bus", "motorcycle")
@@ -159,7 +159,7 @@ _IMAGING = _with(
         downscale=_number(1, 8),
     ),
 )
-_SOUND = _with(
+_VALID = _with(
     _all(
         name=_one("any"),
         title=_one("Any"),
@@ -226,7 +226,7 @@ _VARIANT = _with(
     ),
     _one({}, lambda rng: {"camera.fov_rad": _LENS(rng)}),
 )
-_JUNK: tuple[Any, ...] = (
+_WRONG: tuple[Any, ...] = (
     None,
     -1,
     0,
@@ -243,9 +243,9 @@ _JUNK: tuple[Any, ...] = (
 
 
 def any_scenario(seed: int) -> dict[str, Any]:
-    """Return the content of a scenario file; one in four has junk in some place."""
+    """Return the content of a scenario file; one in four is broken in some place."""
     rng = np.random.default_rng(seed)
-    content: dict[str, Any] = _SOUND(rng)
+    content: dict[str, Any] = _VALID(rng)
     if rng.random() < 0.9:
         _match(content, rng)
     if rng.random() < 0.2:
@@ -256,7 +256,7 @@ def any_scenario(seed: int) -> dict[str, Any]:
 
 
 def _match(content: dict[str, Any], rng: np.random.Generator) -> None:
-    """Put a ball on a floor, and anything else on a road; have SUMO's own chosen."""
+    """Match the target to the road: a ball to a floor, a choice to a SUMO network."""
     road = content.get("road", {})
     if "floor" in road:
         content["target"] = {"ball": _BALL(rng)}
@@ -269,7 +269,7 @@ def _match(content: dict[str, Any], rng: np.random.Generator) -> None:
 
 
 def _break(content: dict[str, Any], rng: np.random.Generator) -> None:
-    """Put junk in some place, leave a key out, or misspell it."""
+    """Put a wrong value in some place, leave a key out, or misspell it."""
     key = str(rng.choice(sorted(content)))
     inner = content[key]
     if isinstance(inner, dict) and inner and rng.random() < 0.7:
@@ -277,7 +277,7 @@ def _break(content: dict[str, Any], rng: np.random.Generator) -> None:
         return
     how = rng.random()
     if how < 0.6:
-        content[key] = _JUNK[int(rng.integers(len(_JUNK)))]
+        content[key] = _WRONG[int(rng.integers(len(_WRONG)))]
     elif how < 0.8:
         del content[key]
     else:

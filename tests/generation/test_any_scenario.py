@@ -1,4 +1,4 @@
-"""Any scenario file gives a good sequence, or one line that says why not."""
+"""Any scenario file gives a valid sequence, or an error of one line."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.generation.any_scenario import any_scenario
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
 
 
-def _answer(content: dict[str, Any]) -> str:
-    """Film a file's story; return the error's line, or nothing for a sequence."""
+def _error_of(content: dict[str, Any]) -> str:
+    """Generate a sequence; return the error message, empty if there is none."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "any.yaml"
         path.write_text(yaml.safe_dump(content), encoding="utf-8")
         try:
-            wanted = f"{path}@other" if "variants" in content else path
-            sequence = simbench.generate(simbench.load_scenario(wanted), 0)
+            name = f"{path}@other" if "variants" in content else path
+            sequence = simbench.generate(simbench.load_scenario(name), 0)
         except SimbenchError as error:
             return str(error)
     truth = sequence.truth
@@ -46,8 +46,8 @@ def _answer(content: dict[str, Any]) -> str:
         for seed in range(300)
     ],
 )
-def test_any_file_is_answered(seed: int) -> None:
-    line = _answer(any_scenario(seed))
+def test_any_file_gives_a_sequence_or_an_error_of_one_line(seed: int) -> None:
+    line = _error_of(any_scenario(seed))
     assert "\n" not in line
     assert "Traceback" not in line
     assert len(line) < 600

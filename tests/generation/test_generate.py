@@ -14,10 +14,10 @@ import simbench
 from simbench.core.errors import RenderError
 from simbench.core.sequence import Sequence
 from simbench.generation.generate import finished_sequence
-from simbench.generation.preview import draw_truth, write_picture
+from simbench.generation.preview import draw_truth, write_preview
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import build_stage
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
 
@@ -35,7 +35,7 @@ def _smoke(seed: int) -> Sequence:
     return simbench.generate(simbench.load_scenario("smoke"), seed)
 
 
-def test_same_seed_gives_the_same_bytes_in_this_and_another_process() -> None:
+def test_same_seed_is_bit_identical_in_another_process() -> None:
     program = (
         "from tests.generation.test_generate import _digest, _smoke\n"
         "print(_digest(_smoke(3)))"
@@ -46,18 +46,18 @@ def test_same_seed_gives_the_same_bytes_in_this_and_another_process() -> None:
     assert other.stdout.strip() == _digest(_smoke(3))
 
 
-def test_another_seed_gives_other_pictures() -> None:
+def test_another_seed_gives_other_images() -> None:
     assert _digest(_smoke(3)) != _digest(_smoke(4))
 
 
-def test_smoke_has_real_occlusion_and_back() -> None:
+def test_smoke_has_an_occlusion_and_a_reappearance() -> None:
     fraction = _smoke(0).truth.visible_fraction
     assert fraction[0] == 1.0
     assert fraction.min() < 0.5
     assert fraction[-1] > 0.9
 
 
-def test_frames_stay_on_disk_and_truth_comes_back_as_filmed(tmp_path: Path) -> None:
+def test_frames_are_read_from_disk_with_their_truth(tmp_path: Path) -> None:
     sequence = simbench.generate(simbench.load_scenario("smoke"), 0, tmp_path)
     assert len(list((tmp_path / "frames").glob("*.png"))) == len(sequence) == 24
     assert sequence.truth.boxes.shape == (24, 4)
@@ -67,7 +67,7 @@ def test_frames_stay_on_disk_and_truth_comes_back_as_filmed(tmp_path: Path) -> N
     )
 
 
-def test_a_temporary_folder_goes_with_its_sequence() -> None:
+def test_temporary_folder_is_removed_with_its_sequence() -> None:
     sequence = _smoke(0)
     folder = Path(sequence.frames.folder)  # type: ignore[attr-defined]  # FrameFolder
     assert folder.exists()
@@ -75,10 +75,10 @@ def test_a_temporary_folder_goes_with_its_sequence() -> None:
     assert not folder.exists()
 
 
-def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> None:
-    place = {"along_m": 0, "lateral_m": 0, "height_m": 3}
+def test_camera_that_sees_no_target_is_an_error_with_a_remedy() -> None:
+    position = {"along_m": 0, "lateral_m": 0, "height_m": 3}
     away = {"along_m": -40, "lateral_m": 0, "height_m": 3}
-    blind = story(camera={"position": place, "look_at": away})
+    blind = small_scenario(camera={"position": position, "look_at": away})
     with pytest.raises(RenderError, match=r"does not see the target.*camera\.look_at"):
         simbench.generate(blind, 0)
 
@@ -86,7 +86,7 @@ def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> 
 @pytest.mark.parametrize(
     ("camera", "words"),
     [
-        pytest.param({"fov_rad": 2.5}, "found 1 x 1 px with 100%", id="tiny"),
+        pytest.param({"fov_rad": 2.5}, "got 1 x 1 px with 100%", id="tiny"),
         pytest.param(
             {"look_at": {"along_m": 40, "lateral_m": -2.9, "height_m": 1.5}},
             r"px with [1-4]\d%",
@@ -94,55 +94,55 @@ def test_a_camera_that_sees_no_target_is_an_error_that_says_what_to_change() -> 
         ),
     ],
 )
-def test_a_first_frame_no_tracker_could_start_on_is_an_error(
+def test_first_frame_unfit_to_start_a_tracker_is_an_error(
     camera: dict[str, Any], words: str
 ) -> None:
-    scenario = story(camera=story().camera.model_dump() | camera)
+    scenario = small_scenario(camera=small_scenario().camera.model_dump() | camera)
     with pytest.raises(RenderError, match=words):
         simbench.generate(scenario, 0)
 
 
-def test_a_target_hidden_from_the_start_is_an_error_that_names_what_hides() -> None:
+def test_target_occluded_in_the_first_frame_is_an_error_with_the_cause() -> None:
     pole = {"kind": "pole", "hides_at_s": 0, "distance_m": 10, "width_m": 1}
     with pytest.raises(RenderError, match="a pole hides the target in the first frame"):
-        simbench.generate(story(occluders=[pole]), 0)
+        simbench.generate(small_scenario(occluders=[pole]), 0)
 
 
-def hidden_at_first() -> Scenario:
-    # A van right behind the target stays in every draw; one from the traffic does not.
-    place = {"along_m": 0, "lateral_m": -12, "height_m": 2}
+def _hidden_at_first() -> Scenario:
+    # Only random traffic can hide the target: another sample leaves it visible.
+    position = {"along_m": 0, "lateral_m": -12, "height_m": 2}
     aim = {"along_m": 40, "lateral_m": -3.75, "height_m": 1}
-    return story(
+    return small_scenario(
         frames=2,
         traffic={"density_per_km_lane": 25, "warm_up_s": 0, "mix": {"trailer": 1}},
         target={"lane": 1, "along_m": 40, "speed_mps": 15, "clear_m": 8},
-        camera={"position": place, "look_at": aim, "fov_rad": 0.3},
+        camera={"position": position, "look_at": aim, "fov_rad": 0.3},
     )
 
 
-def test_traffic_that_hides_the_start_is_drawn_again_by_generate_and_show_alike(
+def test_traffic_that_hides_the_target_is_sampled_again_by_generate_and_show(
     tmp_path: Path,
 ) -> None:
-    scenario = hidden_at_first()
+    scenario = _hidden_at_first()
     sequence = simbench.generate(scenario, 0)
     assert (
         sequence.traffic_redraws > build_stage(scenario, 0).trajectories.traffic_redraws
     )
-    write_picture(scenario, 0, 0, tmp_path / "a.png")
+    write_preview(scenario, 0, 0, tmp_path / "a.png")
     picture = cv2.imread(str(tmp_path / "a.png"))
     assert picture is not None
     drawn = draw_truth(sequence.frames[0].image, sequence.truth, 0)
     assert (picture[..., ::-1] == drawn).all()
 
 
-def test_a_shorter_sequence_leaves_nothing_of_a_longer_one(tmp_path: Path) -> None:
+def test_shorter_sequence_replaces_all_files_of_a_longer_one(tmp_path: Path) -> None:
     smoke = simbench.load_scenario("smoke")
     simbench.generate(smoke.shortened(4), 0, tmp_path)
     simbench.generate(smoke.shortened(3), 0, tmp_path)
     assert len(list((tmp_path / "frames").iterdir())) == 3
 
 
-def test_a_finished_sequence_is_known_by_scenario_and_seed(tmp_path: Path) -> None:
+def test_finished_sequence_is_found_by_scenario_and_seed(tmp_path: Path) -> None:
     smoke = simbench.load_scenario("smoke").shortened(3)
     assert finished_sequence(tmp_path, smoke, 0) is None
     simbench.generate(smoke, 0, tmp_path)
@@ -153,6 +153,6 @@ def test_a_finished_sequence_is_known_by_scenario_and_seed(tmp_path: Path) -> No
     assert finished_sequence(tmp_path, smoke.shortened(2), 0) is None
 
 
-def test_a_negative_seed_is_refused() -> None:
+def test_negative_seed_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 0, got -1"):
         _smoke(-1)

@@ -1,4 +1,4 @@
-"""Optical flow: by hand where a hand can, and against the next frame where not."""
+"""Optical flow: against values computed by hand, and against the next frame."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
-from simbench.render.flow import Flow, View, forward_flow, sample_place
-from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
+from simbench.render.flow import Flow, View, forward_flow, sample_offset
+from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
 from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, build_stage
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 HEIGHT, WIDTH = 20, 40
 GROUND, CAR = 1, 1000
@@ -40,7 +40,7 @@ def pose(x: float, y: float, heading: float = 0.0) -> NDArray[np.float64]:
 def view(
     eye: Camera, depth: float, identity: int, place: NDArray[np.float64] | None = None
 ) -> View:
-    """Return a frame that shows one thing, face on, at one depth everywhere."""
+    """Return a frame of one object at the same depth everywhere."""
     shape = (HEIGHT, WIDTH)
     where = pose(0, 0) if place is None else place
     depths = np.full(shape, depth, np.float32)
@@ -51,7 +51,7 @@ def flow_between(before: View, after: View) -> Flow:
     return forward_flow(before, after, CAR, 0.5)
 
 
-def test_what_stands_still_before_a_still_camera_does_not_move() -> None:
+def test_static_points_have_no_flow_under_a_static_camera() -> None:
     found = flow_between(view(camera(), 20.0, GROUND), view(camera(), 20.0, GROUND))
     assert not found.flow.any()
     assert not found.invalid.any() and not found.occlusions.any()
@@ -66,7 +66,7 @@ def test_a_vehicle_moves_by_its_projected_displacement() -> None:
     assert found.invalid[:, :2].all() and not found.invalid[:, 2:].any()
 
 
-def test_a_camera_that_comes_nearer_spreads_the_picture_from_its_middle() -> None:
+def test_an_approaching_camera_expands_the_image_from_its_middle() -> None:
     # From 20 m to 10 m: everything is twice as far from the middle.
     found = flow_between(view(camera(), 20.0, GROUND), view(camera(10), 10.0, GROUND))
     columns = np.arange(WIDTH) + 0.5 - WIDTH / 2
@@ -97,7 +97,7 @@ def test_the_sky_moves_with_the_cameras_turn_alone() -> None:
     assert middle == pytest.approx(40 * np.tan(x + 0.1) - 0.5, abs=1e-4)
 
 
-def test_what_has_no_place_in_the_next_frame_is_not_a_number_and_invalid() -> None:
+def test_a_point_without_projection_into_the_next_frame_is_nan_and_invalid() -> None:
     behind = flow_between(view(camera(), 5.0, GROUND), view(camera(10), 5.0, GROUND))
     assert np.isnan(behind.flow).all() and behind.invalid.all()
     gone = pose(np.nan, np.nan)
@@ -112,12 +112,12 @@ def test_what_has_no_place_in_the_next_frame_is_not_a_number_and_invalid() -> No
     ("depth", "identity", "is_hidden"),
     [
         pytest.param(20.0, GROUND, False, id="the same surface"),
-        pytest.param(10.0, GROUND, True, id="something nearer of the same name"),
+        pytest.param(10.0, GROUND, True, id="a nearer surface of the same id"),
         pytest.param(10.0, CAR, True, id="a vehicle in front"),
         pytest.param(30.0, GROUND, False, id="nothing nearer"),
     ],
 )
-def test_what_the_next_frame_shows_nearer_hides_it(
+def test_a_nearer_surface_in_the_next_frame_occludes_a_point(
     depth: float, identity: int, is_hidden: bool
 ) -> None:
     after = view(camera(), depth, identity)
@@ -125,7 +125,9 @@ def test_what_the_next_frame_shows_nearer_hides_it(
     assert (found.occlusions == is_hidden).all()
 
 
-def _shots(samples: int, **parts: Any) -> tuple[Stage, list[RenderedFrame], list[View]]:
+def _frames(
+    samples: int, **parts: Any
+) -> tuple[Stage, list[RenderedFrame], list[View]]:
     parts["imaging"] = {
         "width_px": 240,
         "height_px": 160,
@@ -133,23 +135,23 @@ def _shots(samples: int, **parts: Any) -> tuple[Stage, list[RenderedFrame], list
         "noise": 0,
         "blur_px": 0,
     }
-    stage = build_stage(story(**parts), 0)
+    stage = build_stage(small_scenario(**parts), 0)
     middle = slice(samples // 2, None, samples)
-    shots, views = [], []
-    with PyrenderCamera(build_scene(stage), 240, 160, samples) as machine:
+    frames, views = [], []
+    with SceneRenderer(build_scene(stage), 240, 160, samples) as renderer:
         for index, eye in enumerate(stage.cameras):
             poses, present = vehicle_poses(stage.trajectories, index)
             target = stage.trajectories.target
-            shot = machine.shoot(eye, poses, present, target, want_depth=True)
-            assert shot.depth is not None
-            shots.append(shot)
-            views.append(View(eye, shot.depth, shot.ids[middle, middle], poses))
-    return stage, shots, views
+            frame = renderer.render(eye, poses, present, target, with_depth=True)
+            assert frame.depth is not None
+            frames.append(frame)
+            views.append(View(eye, frame.depth, frame.ids[middle, middle], poses))
+    return stage, frames, views
 
 
 @pytest.mark.gl
-def test_a_ball_thrown_back_by_a_wall_moves_as_its_middle_does() -> None:
-    _, _, views = _shots(
+def test_a_ball_bouncing_off_a_wall_moves_as_its_middle() -> None:
+    _, _, views = _frames(
         1,
         frames=10,
         road={"floor": {"length_m": 6, "width_m": 4, "wall_m": 1.2}},
@@ -164,26 +166,26 @@ def test_a_ball_thrown_back_by_a_wall_moves_as_its_middle_does() -> None:
     turn = int(np.argmax(along[1:])) + 1
     assert 0 < turn < 9 and along[turn + 1] < along[turn]
     for before, after in pairwise(views):
-        found = forward_flow(before, after, FIRST_VEHICLE_ID, sample_place(1))
+        found = forward_flow(before, after, FIRST_VEHICLE_ID, sample_offset(1))
         is_ball = before.ids == FIRST_VEHICLE_ID
         feet = np.stack([before.poses[0, :3, 3], after.poses[0, :3, 3]])
         pixels, _ = before.camera.project(feet + [0, 0, 0.5])
         moved = np.median(found.flow[is_ball], axis=0)
-        # The side that is seen is nearer than the middle, by a twelfth at most.
+        # The visible side is nearer than the middle, by a twelfth at most.
         assert moved == pytest.approx(pixels[1] - pixels[0], rel=0.15, abs=0.2)
         assert found.occlusions[is_ball].mean() < 0.1
 
 
 @pytest.mark.gl
 @pytest.mark.sumo
-class TestFilmed:
+class TestRendered:
     def test_the_rear_of_a_bus_shrinks_towards_the_vanishing_point(self) -> None:
-        stage, _, views = _shots(
+        stage, _, views = _frames(
             3,
             frames=2,
             target={"vehicle_class": "bus", "lane": 0, "along_m": 40, "speed_mps": 15},
         )
-        found = forward_flow(views[0], views[1], FIRST_VEHICLE_ID, sample_place(3))
+        found = forward_flow(views[0], views[1], FIRST_VEHICLE_ID, sample_offset(3))
         target = stage.trajectories.target
         x = stage.trajectories.positions[:, target, 0]
         rear = x - stage.trajectories.vehicles[target].length / 2.0
@@ -196,12 +198,12 @@ class TestFilmed:
         assert np.abs(expected).max() > 0.3
         assert found.flow[flat] == pytest.approx(expected, abs=0.01)
 
-    def test_depth_is_where_the_ray_of_the_sample_meets_the_road(self) -> None:
-        _, _, (first, _) = _shots(2, frames=2)
+    def test_depth_is_that_of_the_road_along_the_ray_of_the_sample(self) -> None:
+        _, _, (first, _) = _frames(2, frames=2)
         is_ground = first.ids == GROUND
         rows, columns = np.nonzero(is_ground)
         rays = np.ones((len(rows), 3))
-        pixels = np.stack([columns, rows], axis=-1) + sample_place(2)
+        pixels = np.stack([columns, rows], axis=-1) + sample_offset(2)
         eye = first.camera
         rays[:, :2] = (pixels - eye.matrix[:2, 2]) / eye.focal_px
         down = (rays @ eye.rotation)[:, 2]
@@ -214,10 +216,10 @@ class TestFilmed:
         assert close.mean() > 0.95
 
     @pytest.mark.parametrize("samples", [1, 2])
-    def test_following_the_flow_leads_to_the_same_thing_in_the_next_frame(
+    def test_following_the_flow_leads_to_the_same_object_in_the_next_frame(
         self, samples: int
     ) -> None:
-        _, shots, views = _shots(
+        _, frames, views = _frames(
             samples,
             frames=3,
             traffic={"density_per_km_lane": 25, "warm_up_s": 3},
@@ -231,31 +233,30 @@ class TestFilmed:
                 "vibration_px": 3.0,
             },
         )
-        place = sample_place(samples)
-        for before, after, shot in zip(views, views[1:], shots[1:], strict=False):
+        place = sample_offset(samples)
+        for before, after, frame in zip(views, views[1:], frames[1:], strict=False):
             found = forward_flow(before, after, FIRST_VEHICLE_ID, place)
             known = ~found.invalid & ~found.occlusions
             rows, columns = np.nonzero(known)
             pixels = np.stack([columns, rows], axis=-1) + place
             there = np.floor((pixels + found.flow[known]) * samples).astype(int)
-            limit = np.array(shot.ids.shape[::-1]) - 1
+            limit = np.array(frame.ids.shape[::-1]) - 1
             x, y = np.minimum(there, limit).T
-            same = shot.ids[y, x] == before.ids[known]
+            same = frame.ids[y, x] == before.ids[known]
             assert np.abs(found.flow[known]).max() > 3.0
             assert known.mean() > 0.8
             assert 0.0 < found.occlusions.mean() < 0.05
-            # What is missed lies within a pixel of an edge: of the thing itself, or of
-            # what comes before it.
+            # The rest is within a pixel of an edge of the object or of its occluder.
             assert same.mean() > 0.97
             one = np.ones((3, 3), np.uint8)
             inner = cv2.erode(before.ids, one) == cv2.dilate(before.ids, one)
             assert inner.mean() > 0.8
             assert same[inner[known]].mean() > 0.99
 
-    def test_the_next_picture_taken_back_along_the_flow_looks_the_same(self) -> None:
+    def test_the_next_image_warped_back_along_the_flow_looks_the_same(self) -> None:
         # World-fixed grain and marks pass below a camera that drives. What the flow
         # does not explain are edges and, farther off, grain finer than a pixel.
-        _, shots, (before, after) = _shots(
+        _, frames, (before, after) = _frames(
             3,
             frames=2,
             camera={
@@ -265,10 +266,10 @@ class TestFilmed:
                 "fov_rad": 0.8,
             },
         )
-        found = forward_flow(before, after, FIRST_VEHICLE_ID, sample_place(3))
+        found = forward_flow(before, after, FIRST_VEHICLE_ID, sample_offset(3))
         known = ~found.invalid & ~found.occlusions & (before.depth < 25.0)
         rows, columns = np.indices(known.shape, dtype=np.float32)
-        first, second = (shot.image.astype(np.float32) for shot in shots)
+        first, second = (frame.image.astype(np.float32) for frame in frames)
         maps = columns + found.flow[..., 0], rows + found.flow[..., 1]
         back = cv2.remap(second, *maps, cv2.INTER_LINEAR)
         followed = np.median(np.abs(back - first)[known])

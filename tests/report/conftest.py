@@ -1,4 +1,4 @@
-"""The browser that reports are opened in."""
+"""Browser that the reports are opened in."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ARGUMENTS = [
 
 
 def chromium() -> str | None:
-    """Return where a Chromium is, None if there is none."""
+    """Return the path of a Chromium, None if there is none."""
     return (
         os.environ.get("SIMBENCH_CHROMIUM")
         or shutil.which("chromium")

@@ -1,4 +1,4 @@
-"""A report opened in a browser, offline."""
+"""Context manager that opens a report in a browser, offline."""
 
 from __future__ import annotations
 
@@ -13,22 +13,24 @@ __all__ = ["opened"]
 
 @contextmanager
 def opened(browser: Browser, report: Path, width: int) -> Iterator[Page]:
-    """Yield the page when it is ready; at the end, fail on what the browser minded."""
-    faults: list[str] = []
+    """Yield the page when it is ready; at the end, fail on any error of the browser."""
+    errors: list[str] = []
     context = browser.new_context(
         viewport={"width": width, "height": 900}, offline=True
     )
     page = context.new_page()
-    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("pageerror", lambda error: errors.append(str(error)))
     page.on(
         "console",
-        lambda said: faults.append(said.text) if said.type == "error" else None,
+        lambda message: (
+            errors.append(message.text) if message.type == "error" else None
+        ),
     )
     page.on(
         "request",
-        lambda sent: (
-            faults.append(f"asked the network for {sent.url}")
-            if not sent.url.startswith(("file:", "data:", "blob:"))
+        lambda request: (
+            errors.append(f"request to {request.url}")
+            if not request.url.startswith(("file:", "data:", "blob:"))
             else None
         ),
     )
@@ -36,4 +38,4 @@ def opened(browser: Browser, report: Path, width: int) -> Iterator[Page]:
     page.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
     yield page
     context.close()
-    assert faults == []
+    assert errors == []

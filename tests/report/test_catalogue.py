@@ -1,4 +1,4 @@
-"""The catalogue page, made of scenarios small enough to film in seconds."""
+"""Catalogue page of scenarios that are rendered in seconds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simbench.cli import execute
 from simbench.core.errors import DatasetError
 from simbench.report.catalogue.page import write_catalogue
 from tests.blind_scenario import blind_smoke
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 CAMERA = {
     "position": {"along_m": 30, "lateral_m": -25, "height_m": 4},
@@ -32,17 +32,17 @@ POLE = {"kind": "pole", "hides_at_s": 0.48, "distance_m": 8, "width_m": 1.0}
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, str]:
-    """Return exit status, what was printed and the page, of one call for all tests."""
+    """Return exit status, printed output and the page, of one call for all tests."""
     folder = tmp_path_factory.mktemp("catalogue")
-    one = story(name="one", title="One & only", frames=17, camera=CAMERA)
+    one = small_scenario(name="one", title="One & only", frames=17, camera=CAMERA)
     content = one.model_dump(mode="json") | {
         "variants": {"hidden": {"occluders": [POLE]}}
     }
     blind = blind_smoke().shortened(4).model_dump(mode="json")
     odd = content | {"name": "odd", "target": {"lane": {"choice": [4]}, "along_m": 40}}
     del odd["variants"]
-    for name, told in (("one", content), ("blind", blind), ("odd", odd)):
-        (folder / f"{name}.yaml").write_text(yaml.safe_dump(told), encoding="utf-8")
+    for name, scenario in (("one", content), ("blind", blind), ("odd", odd)):
+        (folder / f"{name}.yaml").write_text(yaml.safe_dump(scenario), encoding="utf-8")
     names = ["./one.yaml", "./one.yaml@hidden", "./blind.yaml", "./odd.yaml"]
     printed = io.StringIO()
     with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
@@ -64,8 +64,8 @@ def test_catalogue_shows_every_scenario_given_with_what_it_tests_and_its_command
     made: tuple[int, str, str],
 ) -> None:
     page = html.unescape(made[2])
-    for said in ("One & only", "one@hidden", "17 frames", "One thing at a time."):
-        assert said in page
+    for text in ("One & only", "one@hidden", "17 frames", "One thing at a time."):
+        assert text in page
     for source in ("./one.yaml", "./one.yaml@hidden", "./blind.yaml"):
         assert f"simbench run {source}" in page
     assert "<dt>Variants</dt><dd>hidden</dd>" in page
@@ -73,7 +73,7 @@ def test_catalogue_shows_every_scenario_given_with_what_it_tests_and_its_command
 
 @pytest.mark.gl
 @pytest.mark.sumo
-def test_catalogue_embeds_the_frames_it_shows_and_loads_nothing(
+def test_catalogue_embeds_its_pictures_and_loads_nothing(
     made: tuple[int, str, str],
 ) -> None:
     page = made[2]
@@ -94,7 +94,7 @@ def test_catalogue_shows_the_most_hidden_frame(made: tuple[int, str, str]) -> No
 
 @pytest.mark.gl
 @pytest.mark.sumo
-def test_catalogue_says_what_cannot_be_filmed_and_exits_1(
+def test_catalogue_reports_what_cannot_be_rendered_and_exits_1(
     made: tuple[int, str, str],
 ) -> None:
     status, printed, page = made
@@ -106,7 +106,7 @@ def test_catalogue_says_what_cannot_be_filmed_and_exits_1(
 
 @pytest.mark.gl
 @pytest.mark.sumo
-def test_catalogue_says_what_no_scenario_can_be_drawn_of_beside_the_others(
+def test_catalogue_reports_an_invalid_scenario_beside_the_others(
     made: tuple[int, str, str],
 ) -> None:
     _, printed, page = made
@@ -115,13 +115,13 @@ def test_catalogue_says_what_no_scenario_can_be_drawn_of_beside_the_others(
     assert '<span class="id">odd</span>' in page
 
 
-def test_catalogue_of_an_unknown_scenario_is_one_line(
+def test_catalogue_of_an_unknown_scenario_is_a_one_line_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "page.html"
     assert execute(["catalogue", "smoke@fast", "--out", str(out)]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("simbench: ") and said.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.startswith("simbench: ") and message.count("\n") == 1
     assert not out.exists()
 
 

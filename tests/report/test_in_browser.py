@@ -1,4 +1,4 @@
-"""The report in a real browser: no error, every figure drawn, the player plays."""
+"""Report in a browser: no errors, every figure is drawn, the player plays."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from simbench.report import write_report
-from tests.report.drawn_run import drawn_run
 from tests.report.opened import opened
+from tests.report.synthetic_run import synthetic_run
 
 pytestmark = pytest.mark.browser
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("report") / "report.html"
-    scores, sequences, run = drawn_run()
+    scores, sequences, run = synthetic_run()
     write_report(scores, sequences, run, out)
     return out
 
@@ -41,8 +41,8 @@ def traces(page: Page, chapter: str, plot: str) -> int:
 
 @pytest.mark.parametrize("chapter", ["poles", "open-road"])
 def test_every_figure_is_drawn_with_its_lines(page: Page, chapter: str) -> None:
-    # A line a tracker; curves also have the outline of a band each, and the centre
-    # error that of the visible share. still uses no particles.
+    # One line per tracker; the curves also have the outline of a band each, and the
+    # centre error that of the visible share. still uses no particles.
     assert traces(page, chapter, "success") == 6
     assert traces(page, chapter, "precision") == 6
     assert traces(page, chapter, "error") == 4
@@ -74,7 +74,7 @@ def test_player_shows_the_picture_and_the_boxes(page: Page) -> None:
     assert colors > 50  # a blank canvas has one
 
 
-def test_player_waits_until_it_is_asked_and_then_advances(page: Page) -> None:
+def test_player_advances_only_after_play_is_pressed(page: Page) -> None:
     canvas = page.locator("[data-player] canvas")
     page.locator("[data-scrub]").fill("0")
     page.wait_for_timeout(300)
@@ -91,7 +91,7 @@ def test_player_plays_to_the_end_and_stops_there(page: Page) -> None:
     scrubber = page.locator("[data-scrub]")
     scrubber.fill(str(int(scrubber.get_attribute("max") or 0) - 1))
     page.get_by_role("button", name="Play").click()
-    page.get_by_role("button", name="Play").wait_for()  # it says Pause while it plays
+    page.get_by_role("button", name="Play").wait_for()  # labelled Pause while it plays
     page.wait_for_function(
         "document.querySelector('[data-player] canvas').dataset.frame === '118'"
     )
@@ -102,7 +102,7 @@ def test_scrubber_moves_to_a_frame(page: Page) -> None:
     page.wait_for_function(
         "document.querySelector('[data-player] canvas').dataset.frame === '56'"
     )
-    # The car spans 132 to 172 px, the pole begins at 150: 18 of 40 px are seen.
+    # The car spans 132 to 172 px, the pole begins at 150: 18 of 40 px are visible.
     assert "45 % visible, behind pole" in page.locator("[data-status]").inner_text()
 
 
@@ -142,5 +142,5 @@ def test_another_seed_changes_the_plots_by_frame(page: Page) -> None:
     )
 
 
-def test_words_of_a_tracker_are_text_not_markup(page: Page) -> None:
+def test_messages_of_a_tracker_are_text_not_markup(page: Page) -> None:
     assert page.get_by_text("<script>alert(1)</script>").count() > 0

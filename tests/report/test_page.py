@@ -1,4 +1,4 @@
-"""The report as text: what it says, and what it says where something is missing."""
+"""Report page as text, with all facts and with missing ones."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores, score, score_failure
 from simbench.report import write_report
-from tests.report.drawn_run import drawn_run, drawn_sequence, jittered
+from tests.report.synthetic_run import jittered, synthetic_run, synthetic_sequence
 
 
 @pytest.fixture(scope="module")
 def html(tmp_path_factory: pytest.TempPathFactory) -> str:
-    scores, sequences, run = drawn_run()
+    scores, sequences, run = synthetic_run()
     return written(tmp_path_factory.mktemp("report"), scores, sequences, run)
 
 
 def written(
     folder: Path, scores: Scores, sequences: Any = (), run: dict[str, Any] | None = None
 ) -> str:
-    """Write a report and return it without plotly, which is 5 MB of other people's."""
+    """Write a report and return it without the 5 MB of plotly."""
     write_report(scores, sequences, run or {}, folder / "report.html")
     text = (folder / "report.html").read_text(encoding="utf-8")
     start = text.index("<script>/**\n* plotly.js")
@@ -34,7 +34,7 @@ def written(
 
 
 def chapter_data(text: str) -> Any:
-    """Return what the first chapter gives its figures, read as strictly as browsers."""
+    """Return the data of the first chapter's figures, parsed as strict JSON."""
 
     def refuse(constant: str) -> None:
         raise ValueError(f"no JSON: {constant}")
@@ -46,23 +46,23 @@ def chapter_data(text: str) -> Any:
 
 def one_run(sequence: Sequence) -> Scores:
     rng = np.random.default_rng(0)
-    return score(jittered(sequence, rng, 1.0, 50), sequence, tracker="mine")
+    return score(replace(jittered(sequence, rng, 1.0, 50), tracker="mine"), sequence)
 
 
-def test_report_is_one_file_that_names_nothing_on_the_network(html: str) -> None:
+def test_report_is_one_file_without_network_addresses(html: str) -> None:
     assert "://" not in html
     assert "src=" not in html
 
 
 def test_report_is_below_15_mb_with_plotly_inside(tmp_path: Path) -> None:
-    scores, sequences, run = drawn_run()
+    scores, sequences, run = synthetic_run()
     write_report(scores, sequences, run, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert text.count("* plotly.js v") == 1
     assert len(text) < 15e6
 
 
-def test_report_says_what_a_scenario_tests_and_how_to_make_it_again(html: str) -> None:
+def test_report_has_what_a_scenario_tests_and_how_to_reproduce_it(html: str) -> None:
     assert "Behind the poles" in html
     assert "Whether a tracker holds a car that a pole hides." in html
     assert "simbench run poles open-road --trackers close,loose --seeds 0:3" in html
@@ -82,18 +82,18 @@ def test_failed_runs_are_listed_with_their_reason_as_text(html: str) -> None:
     assert "<script>alert(1)" not in html
 
 
-def test_scenario_without_sequence_says_so(html: str) -> None:
+def test_scenario_without_sequence_has_a_note(html: str) -> None:
     assert html.count("No pictures: the sequences of this scenario") == 1
     assert html.count("data-player>") == 1
 
 
-def test_report_without_any_fact_of_the_run_is_still_a_report(tmp_path: Path) -> None:
-    text = written(tmp_path, one_run(drawn_sequence("poles", 0)))
+def test_report_is_written_without_any_fact_of_the_run(tmp_path: Path) -> None:
+    text = written(tmp_path, one_run(synthetic_sequence("poles", 0)))
     assert "1 scenario, 1 tracker, 1 seed" in text
     assert "Versions" not in text
 
 
-def test_report_of_killed_runs_alone_is_still_a_report(tmp_path: Path) -> None:
+def test_report_is_written_for_killed_runs_only(tmp_path: Path) -> None:
     killed = score_failure(scenario="poles", seed=0, tracker="mine", reason="killed")
     text = written(tmp_path, killed)
     assert 'data-plot="success"' in text
@@ -103,40 +103,40 @@ def test_report_of_killed_runs_alone_is_still_a_report(tmp_path: Path) -> None:
 def test_report_of_recorded_data_needs_neither_seed_nor_visibility(
     tmp_path: Path,
 ) -> None:
-    drawn = drawn_sequence("road", 0)
-    unknown = np.full(len(drawn), np.nan)
+    original = synthetic_sequence("road", 0)
+    unknown = np.full(len(original), np.nan)
     recorded = replace(
-        drawn, seed=None, truth=replace(drawn.truth, visible_fraction=unknown)
+        original, seed=None, truth=replace(original.truth, visible_fraction=unknown)
     )
     text = written(tmp_path, one_run(recorded), [recorded])
     assert "recorded data" in text
     assert "visible share unknown" in text
     assert "Most occluded" not in text
-    chapter_data(text)  # browsers know no NaN in JSON
+    chapter_data(text)  # JSON has no NaN
 
 
-def test_variants_are_chapters_of_their_own_each_with_its_pictures(
+def test_each_variant_has_its_own_chapter_and_pictures(
     tmp_path: Path,
 ) -> None:
-    plain = drawn_sequence("poles", 0)
+    plain = synthetic_sequence("poles", 0)
     hidden, faster = (
         replace(plain, scenario={"name": "poles", "variant": variant})
         for variant in ("hidden=0.8", "fast")
     )
     track = jittered(plain, np.random.default_rng(0), 1.0, 50)
     scores = Scores.concat(
-        [score(track, one, tracker="mine") for one in (plain, hidden, faster)]
+        [score(replace(track, tracker="mine"), one) for one in (plain, hidden, faster)]
     )
-    told = {"name": "poles", "variant": "fast", "title": "In a hurry"}
-    text = written(tmp_path, scores, [plain, hidden], {"scenarios": [told]})
+    described = {"name": "poles", "variant": "fast", "title": "In a hurry"}
+    text = written(tmp_path, scores, [plain, hidden], {"scenarios": [described]})
     assert 'id="scenario-poles"' in text
     assert 'id="scenario-poles-hidden-0-8"' in text
     assert 'In a hurry <span class="id">poles · fast</span>' in text
     assert text.count("data-player>") == 2
 
 
-def test_report_of_nothing_is_refused(tmp_path: Path) -> None:
-    scores = one_run(drawn_sequence("poles", 0))
+def test_report_without_runs_is_an_error(tmp_path: Path) -> None:
+    scores = one_run(synthetic_sequence("poles", 0))
     with pytest.raises(DatasetError, match="at least one run, got none"):
         write_report(
             Scores(scores.runs.iloc[:0], scores.frames.iloc[:0]),
@@ -148,6 +148,6 @@ def test_report_of_nothing_is_refused(tmp_path: Path) -> None:
 
 def test_report_that_cannot_be_written_is_a_users_error(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("a file")
-    scores = one_run(drawn_sequence("poles", 0))
+    scores = one_run(synthetic_sequence("poles", 0))
     with pytest.raises(DatasetError, match="cannot be written"):
         write_report(scores, [], {}, tmp_path / "taken" / "report.html")

@@ -1,4 +1,4 @@
-"""The report of a sweep in a real browser."""
+"""Report of a sweep in a browser."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from playwright.sync_api import Browser, Page
 
 from simbench.evaluation.sweep_axes import Sweep
 from simbench.report import write_report
-from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
 from tests.report.opened import opened
+from tests.report.synthetic_sweep import one_dial, synthetic_sweep, two_dials
 
 pytestmark = pytest.mark.browser
 
 
 def written(folder: Path, sweep: Sweep) -> Path:
-    scores, sequences, run, swept = drawn_sweep(sweep)
+    scores, sequences, run, swept = synthetic_sweep(sweep)
     write_report(scores, sequences, run, folder / "report.html", swept=swept)
     return folder / "report.html"
 
@@ -47,7 +47,7 @@ def lines(page: Page, plot: str) -> int:
 
 
 def test_every_figure_is_drawn_with_its_lines(page: Page) -> None:
-    # a band and a line each; frail's curve and the foot of its breaking point
+    # a band and a line each; frail's fitted curve and the line of its breaking point
     assert lines(page, "success") == 6
     assert lines(page, "precision") == 4
     assert lines(page, "area") == 4
@@ -62,7 +62,7 @@ def test_page_is_no_wider_than_the_screen(page: Page) -> None:
 
 
 def test_pictures_can_be_scrolled_to(page: Page) -> None:
-    strip = page.locator(".samples")
+    strip = page.locator(".pictures")
     assert strip.locator("svg image").count() == 5
     last = strip.locator("figure").last
     last.scroll_into_view_if_needed()
@@ -71,7 +71,7 @@ def test_pictures_can_be_scrolled_to(page: Page) -> None:
     assert box["x"] < page.evaluate("innerWidth")
 
 
-def test_hidden_tracker_leaves_with_its_breaking_point(page: Page) -> None:
+def test_hidden_tracker_is_removed_with_its_breaking_point(page: Page) -> None:
     page.get_by_label("frail").uncheck()
     page.wait_for_function(
         "document.querySelectorAll('[data-plot=success] .js-line').length === 2"

@@ -1,4 +1,4 @@
-"""The report of a sweep as text and plain figures."""
+"""Report page of a sweep as text, and the data of its figures."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from simbench.evaluation.scores import Scores, score_missing
 from simbench.evaluation.sweep_axes import Axis, Sweep
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.report import sweep_figures, write_report
-from simbench.report.palette import styles
-from simbench.report.samples import samples
-from tests.report.drawn_sweep import drawn_sweep, one_dial, two_dials
+from simbench.report.palette import tracker_styles
+from simbench.report.sweep_pictures import sweep_pictures
+from tests.report.synthetic_sweep import one_dial, synthetic_sweep, two_dials
 
-LOOKS = styles(["firm", "frail"])
+STYLES = tracker_styles(["firm", "frail"])
 
 
 def written(folder: Path, sweep: Sweep) -> str:
     """Write the report of a sweep and return it."""
-    scores, sequences, run, swept = drawn_sweep(sweep)
+    scores, sequences, run, swept = synthetic_sweep(sweep)
     path = folder / "report.html"
     write_report(scores, sequences, run, path, swept=swept)
     text = path.read_text(encoding="utf-8")
@@ -38,7 +38,7 @@ def html(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def swept() -> SweepScores:
-    return drawn_sweep(one_dial())[3]
+    return synthetic_sweep(one_dial())[3]
 
 
 def test_all_variants_share_one_chapter(html: str) -> None:
@@ -47,12 +47,12 @@ def test_all_variants_share_one_chapter(html: str) -> None:
     assert "<h1>poles by occlusion.hidden, 2 trackers, 3 seeds</h1>" in html
 
 
-def test_breaking_points_stand_first(html: str) -> None:
+def test_breaking_points_come_first(html: str) -> None:
     found = html.index("beyond the range: above one half from 0 to 0.98")
     assert found < html.index('class="chapter')
 
 
-def test_value_that_was_not_reached_says_why(html: str) -> None:
+def test_value_that_was_not_reached_has_its_reason(html: str) -> None:
     assert (
         "occlusion.hidden=1 (1 of 3 seeds): not reachable: nothing is that wide" in html
     )
@@ -71,12 +71,12 @@ def test_sequences_of_all_variants_are_listed(html: str) -> None:
 def test_two_dials_have_a_map_for_each_tracker(tmp_path: Path) -> None:
     text = written(tmp_path, two_dials())
     assert text.count('data-plot="map-') == 2
-    assert text.count('class="samples') == 2
+    assert text.count('class="pictures') == 2
     assert 'data-plot="breaking"' in text
     assert 'data-plot="success"' not in text
 
 
-def test_sweep_that_reached_nothing_is_still_a_report(tmp_path: Path) -> None:
+def test_report_is_written_for_a_sweep_that_reached_no_value(tmp_path: Path) -> None:
     lost = [
         score_missing(
             scenario="poles",
@@ -97,8 +97,8 @@ def test_sweep_that_reached_nothing_is_still_a_report(tmp_path: Path) -> None:
     assert "occlusion.hidden=0.5: not reachable: no" in text
 
 
-def test_curves_stand_at_the_values_achieved(swept: SweepScores) -> None:
-    figure = sweep_figures.against_dial(swept, LOOKS, "success_50", "share of frames")
+def test_curves_are_at_the_values_achieved(swept: SweepScores) -> None:
+    figure = sweep_figures.score_by_dial(swept, STYLES, "success_50", "share of frames")
     assert figure is not None
     assert [trace["meta"]["tracker"] for trace in figure["data"]] == [
         "firm",
@@ -109,8 +109,8 @@ def test_curves_stand_at_the_values_achieved(swept: SweepScores) -> None:
 
 
 def test_breaking_point_is_marked_where_there_is_one(swept: SweepScores) -> None:
-    figure = sweep_figures.against_dial(
-        swept, LOOKS, "success_50", "share of frames", has_breaking=True
+    figure = sweep_figures.score_by_dial(
+        swept, STYLES, "success_50", "share of frames", has_breaking=True
     )
     assert figure is not None
     diamonds = [t for t in figure["data"] if t.get("marker", {}).get("symbol")]
@@ -118,12 +118,12 @@ def test_breaking_point_is_marked_where_there_is_one(swept: SweepScores) -> None
     assert mark["meta"] == {"tracker": "frail"}
     assert mark["x"] == [pytest.approx(0.49, abs=0.01)]
     assert mark["error_x"]["array"][0] >= 0.0
-    json.dumps(figure, allow_nan=False)  # browsers know no NaN
+    json.dumps(figure, allow_nan=False)  # JSON has no NaN
 
 
-def test_trackers_without_particles_have_no_figure_of_them(swept: SweepScores) -> None:
+def test_figure_of_particles_is_left_out_without_particles(swept: SweepScores) -> None:
     none = replace(swept, points=swept.points.assign(**{"particles_mean.mean": 0.0}))
-    assert sweep_figures.against_dial(none, LOOKS, "particles_mean", "") is None
+    assert sweep_figures.score_by_dial(none, STYLES, "particles_mean", "") is None
 
 
 def map_of(swept: SweepScores) -> dict[str, Any]:
@@ -136,7 +136,7 @@ def map_of(swept: SweepScores) -> dict[str, Any]:
 
 
 def test_map_has_the_first_dial_across_and_the_second_up() -> None:
-    swept = drawn_sweep(two_dials())[3]
+    swept = synthetic_sweep(two_dials())[3]
     heat = map_of(swept)
     assert heat["x"] == [0.0, 0.245, 0.49, 0.735, 0.98]
     assert heat["y"] == [0.0, 0.2]
@@ -144,8 +144,8 @@ def test_map_has_the_first_dial_across_and_the_second_up() -> None:
     assert heat["z"][1][0] == pytest.approx(1 - 8 / 39, abs=1e-3)
 
 
-def test_map_is_empty_where_no_sequence_could_be_made() -> None:
-    swept = drawn_sweep(two_dials())[3]
+def test_map_is_empty_where_there_is_no_sequence() -> None:
+    swept = synthetic_sweep(two_dials())[3]
     gone = swept.points["variant"] == "occlusion.hidden=0.5,noise=0.2"
     points = swept.points.copy()
     points.loc[gone, ["success_50.mean", "achieved.occlusion.hidden"]] = float("nan")
@@ -153,32 +153,32 @@ def test_map_is_empty_where_no_sequence_could_be_made() -> None:
 
 
 def test_breaking_point_beyond_the_range_is_an_open_mark_on_its_edge() -> None:
-    swept = drawn_sweep(two_dials())[3]
-    firm, frail = sweep_figures.breaking_by_other(swept, LOOKS)["data"]
+    swept = synthetic_sweep(two_dials())[3]
+    firm, frail = sweep_figures.breaking_by_other(swept, STYLES)["data"]
     assert firm["marker"]["symbol"] == ["circle-open"] * 2
     assert firm["y"] == [0.98, 0.98]
     assert frail["marker"]["symbol"] == ["circle"] * 2
     assert frail["x"] == [0.0, 0.2]
 
 
-def test_samples_of_an_occlusion_are_the_most_hidden_frames() -> None:
-    _, sequences, _, _ = drawn_sweep(one_dial())
-    (row,) = samples(one_dial(), {one.variant: one for one in sequences})
-    # where nothing is hidden, the moment at which it is most so elsewhere
-    assert [sample.caption.partition(",")[0] for sample in row] == ["frame 20"] * 5
-    # three cars wide, 40 px of 320, is more than the least share of the picture
-    assert [(sample.width, sample.height) for sample in row] == [(120, 75)] * 5
-    assert row[2].boxes[0][2:] == (40.0, 24.0)
+def test_pictures_of_an_occlusion_are_the_most_hidden_frames() -> None:
+    _, sequences, _, _ = synthetic_sweep(one_dial())
+    (row,) = sweep_pictures(one_dial(), {one.variant: one for one in sequences})
+    # without occlusion: the time of the deepest occlusion of the other values
+    assert [one.caption.partition(",")[0] for one in row] == ["frame 20"] * 5
+    # three widths of the car, 40 px of 320, are more than the minimum share
+    assert [(one.width, one.height) for one in row] == [(120, 75)] * 5
+    assert row[2].boxes[0][2:] == [40.0, 24.0]
 
 
-def test_samples_of_another_dial_are_of_one_moment() -> None:
-    _, sequences, _, _ = drawn_sweep(one_dial())
+def test_pictures_of_another_dial_are_at_the_same_time() -> None:
+    _, sequences, _, _ = synthetic_sweep(one_dial())
     first = sequences[0]
     sweep = Sweep("poles", "", (Axis("displacement_px", (2.0, 4.0)),))
     slow, fast = sweep.points()
     twice = replace(first, frames=first.frames[::2], truth=_every_other(first.truth))
-    (row,) = samples(sweep, {slow: first, fast: twice})
-    assert [sample.caption.partition(",")[0] for sample in row] == [
+    (row,) = sweep_pictures(sweep, {slow: first, fast: twice})
+    assert [one.caption.partition(",")[0] for one in row] == [
         "frame 20",
         "frame 10",
     ]
@@ -186,11 +186,11 @@ def test_samples_of_another_dial_are_of_one_moment() -> None:
     assert moves == [2.0, 4.0]
 
 
-def test_value_without_a_sequence_is_a_sample_without_a_picture() -> None:
-    _, sequences, _, _ = drawn_sweep(one_dial())
-    (row,) = samples(one_dial(), {one.variant: one for one in sequences[:-1]})
+def test_value_without_a_sequence_has_no_picture() -> None:
+    _, sequences, _, _ = synthetic_sweep(one_dial())
+    (row,) = sweep_pictures(one_dial(), {one.variant: one for one in sequences[:-1]})
     assert (row[-1].source, row[-1].caption) == ("", "not reached")
-    assert samples(one_dial(), {}) == []
+    assert sweep_pictures(one_dial(), {}) == []
 
 
 def _every_other(truth: Any) -> Any:

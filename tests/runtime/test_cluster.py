@@ -96,7 +96,7 @@ def test_jobs_end_on_a_cluster_as_they_do_here(address: str) -> None:
             "answer": ("done", 7),
             "fail": ("failed", "ValueError: this job cannot be done"),
             "crash": ("died", "process killed by SIGSEGV"),
-            "hang": ("timeout", "did not return"),
+            "hang": ("timeout", "timeout after 0.3 s"),
         }
 
 
@@ -173,7 +173,7 @@ def test_job_that_its_workers_were_lost_with_is_lost(address: str) -> None:
         future = client.submit(cluster_jobs.be_given_up)
         future.exception()  # waits for it
         lost = "lost", "the workers that tried it were lost"
-        assert clusters._ending(future) == lost
+        assert clusters._end_of(future) == lost
 
 
 @pytest.mark.parametrize(

@@ -43,26 +43,26 @@ def test_healthy_machine_lacks_nothing() -> None:
 def test_answer_of_a_program_becomes_a_finding(
     program: str, state: str, found: str
 ) -> None:
-    finding = doctor._asked("thing", program, "mend it")
+    finding = doctor._run_check("thing", program, "mend it")
     assert (finding.state, finding.found) == (state, found)
     assert finding.remedy == ("" if state == "ok" else "mend it")
 
 
 def test_program_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "_TIMEOUT_S", 0.5)
-    finding = doctor._asked("thing", "import time; time.sleep(60)", "mend it")
+    finding = doctor._run_check("thing", "import time; time.sleep(60)", "mend it")
     assert (finding.state, finding.found) == ("missing", "no answer in 0.5 s")
 
 
 def test_missing_library_is_named_with_its_remedy_and_status_2(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(doctor, "_ASK_OPENGL", "raise OSError('no libEGL.so.1')")
+    monkeypatch.setattr(doctor, "_CHECK_OPENGL", "raise OSError('no libEGL.so.1')")
     assert execute(["doctor"]) == 2
     lines = capsys.readouterr().out.splitlines()
     (place,) = [i for i, line in enumerate(lines) if line.startswith("MISSING")]
     assert lines[place] == "MISSING OpenGL, offscreen: OSError: no libEGL.so.1"
-    assert lines[place + 1].strip().startswith("mend it with: apt-get install libegl1")
+    assert lines[place + 1].strip().startswith("repair with: apt-get install libegl1")
 
 
 def test_chromium_is_nice_to_have() -> None:

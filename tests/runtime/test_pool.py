@@ -78,7 +78,10 @@ def outcome(crew: WorkerPool, *jobs: Job) -> list[JobEvent]:
             job(misbehaving.crash), "died", "process killed by SIGSEGV", id="crashes"
         ),
         pytest.param(
-            job(misbehaving.hang, limit_s=0.3), "timeout", "did not return", id="hangs"
+            job(misbehaving.hang, limit_s=0.3),
+            "timeout",
+            "timeout after 0.3 s",
+            id="hangs",
         ),
     ],
 )
@@ -124,7 +127,7 @@ def test_jobs_after_and_beside_a_crash_are_done(crew: WorkerPool) -> None:
     }
 
 
-def test_worker_is_used_again_for_its_own_trade_only(crew: WorkerPool) -> None:
+def test_worker_is_used_again_for_its_own_kind_only(crew: WorkerPool) -> None:
     ids = [
         outcome(crew, job(misbehaving.process_id, kind=kind))[0].value
         for kind in ("a", "a", "b", "a")
@@ -138,7 +141,7 @@ def test_progress_is_reported(crew: WorkerPool) -> None:
     while not crew.is_idle:
         events += crew.events(within_s=1.0)
     assert [(event.kind, event.value) for event in events] == [
-        ("progress", 1),
+        ("progress", 0.5),
         ("done", 7),
     ]
 

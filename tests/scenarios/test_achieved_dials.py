@@ -1,4 +1,4 @@
-"""What dials mean, when they count as reached, and those that are mere settings."""
+"""Definition and tolerance of dials, and those that are settings."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.achieved_dials import (
     achieved_dials,
-    missed,
+    apply_direct_dials,
+    missed_dials,
     occlusions_of,
-    set_up,
 )
 from simbench.scenarios.schema import DIAL_NAMES, Dials
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 from tests.tiny_sequence import tiny_sequence
 
 
@@ -25,7 +25,7 @@ def test_an_occlusion_lasts_while_more_than_half_of_its_peak_is_hidden() -> None
     assert found == (0.8, 3, 1)
 
 
-def test_occlusions_are_counted_and_their_median_length_told() -> None:
+def test_occlusions_are_counted_and_their_median_length_given() -> None:
     runs = [0, 0.6, 0, 0, 0.8, 0.8, 0.8, 0, 0, 0.7, 0.7, 0.7, 0.7, 0.7, 0]
     assert occlusions_of(np.array(runs)) == (0.8, 3, 3)
 
@@ -35,7 +35,7 @@ def test_one_lighter_frame_does_not_end_an_occlusion() -> None:
     assert occlusions_of(np.array([0.9, 0.1, 0.1, 0.9])).number == 2
 
 
-def test_next_to_nothing_hidden_is_no_occlusion() -> None:
+def test_a_peak_below_the_minimum_is_no_occlusion() -> None:
     assert occlusions_of(np.array([0.0, 0.04, 0.0])) == (0.04, 0, 0)
 
 
@@ -45,7 +45,7 @@ def test_frames_without_the_target_hide_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("dial", "asked", "reached", "is_missed"),
+    ("dial", "requested", "achieved", "is_missed"),
     [
         ("displacement_px", 20, 22, False),
         ("displacement_px", 20, 22.1, True),
@@ -58,52 +58,54 @@ def test_frames_without_the_target_hide_nothing() -> None:
         ("displacement_px", 20, float("nan"), True),
     ],
 )
-def test_tolerances(dial: str, asked: float, reached: float, is_missed: bool) -> None:
-    dials = Dials().turned({dial: asked})
-    assert (dial in missed(dials, {dial: reached})) == is_missed
+def test_tolerances(
+    dial: str, requested: float, achieved: float, is_missed: bool
+) -> None:
+    dials = Dials().with_values({dial: requested})
+    assert (dial in missed_dials(dials, {dial: achieved})) == is_missed
 
 
-def test_where_nothing_is_to_be_hidden_no_frames_are_missed() -> None:
-    dials = Dials().turned({"occlusion.hidden": 0, "occlusion.frames": 9})
-    reached = {"occlusion.hidden": 0.0, "occlusion.frames": 0.0}
-    assert missed(dials, reached) == {}
+def test_frames_are_not_missed_if_no_occlusion_is_requested() -> None:
+    dials = Dials().with_values({"occlusion.hidden": 0, "occlusion.frames": 9})
+    achieved = {"occlusion.hidden": 0.0, "occlusion.frames": 0.0}
+    assert missed_dials(dials, achieved) == {}
 
 
-def test_every_dial_can_be_turned_and_is_told_back() -> None:
+def test_every_dial_can_be_set_and_is_listed() -> None:
     values: dict[str, Any] = dict.fromkeys(DIAL_NAMES, 1)
     values |= {"occlusion.by": "pole", "resolution": 100, "noise": 0.5}
-    flat = Dials().turned(values).flat()
+    flat = Dials().with_values(values).flat()
     assert set(flat) == set(DIAL_NAMES) - {"occlusion.by"}
 
 
-def test_turning_one_dial_leaves_the_others() -> None:
-    scenario = story(dials={"target_px": 30, "occlusion": {"by": "sign"}})
-    turned = scenario.with_dials({"occlusion.hidden": 0.5})
-    assert turned.dials.target_px == 30
-    assert turned.dials.occlusion is not None
-    assert turned.dials.occlusion.by == "sign"
-    assert turned.seeds == scenario.seeds
+def test_setting_one_dial_leaves_the_others() -> None:
+    scenario = small_scenario(dials={"target_px": 30, "occlusion": {"by": "sign"}})
+    changed = scenario.with_dials({"occlusion.hidden": 0.5})
+    assert changed.dials.target_px == 30
+    assert changed.dials.occlusion is not None
+    assert changed.dials.occlusion.by == "sign"
+    assert changed.seeds == scenario.seeds
 
 
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
         ({"speed": 3}, "story: 'speed' is no dial; there are displacement_px, "),
-        ({"occlusion.hidden": 1.5}, r"story: dials.occlusion.hidden: .* found 1.5"),
+        ({"occlusion.hidden": 1.5}, r"story: dials.occlusion.hidden: .* got 1.5$"),
         (
             {"displacement_px": "fast"},
-            r"story: dials: displacement_px must be a number, found 'fast'$",
+            r"story: dials.displacement_px: must be a number, got 'fast'$",
         ),
     ],
 )
-def test_a_dial_out_of_range_is_one_line(settings: Any, words: str) -> None:
+def test_a_dial_out_of_range_is_an_error_in_one_line(settings: Any, words: str) -> None:
     with pytest.raises(ScenarioError, match=words) as caught:
-        story().with_dials(settings)
+        small_scenario().with_dials(settings)
     assert "\n" not in str(caught.value)
 
 
 def test_settings_of_the_camera_are_set() -> None:
-    asked = story().with_dials(
+    requested = small_scenario().with_dials(
         {
             "noise": 0.1,
             "jpeg_quality": 40,
@@ -113,71 +115,75 @@ def test_settings_of_the_camera_are_set() -> None:
             "resolution": 320,
         }
     )
-    ready = set_up(asked)
+    ready = apply_direct_dials(requested)
     imaging = ready.imaging
     assert (imaging.noise, imaging.jpeg_quality, imaging.contrast) == (0.1, 40, 0.5)
     assert (imaging.width_px, imaging.height_px) == (320, 240)
     assert ready.light.illumination == 2
     assert ready.camera.vibration_px == 3
     assert (ready.road, ready.traffic, ready.seeds) == (
-        asked.road,
-        asked.traffic,
-        asked.seeds,
+        requested.road,
+        requested.traffic,
+        requested.seeds,
     )
 
 
-def test_what_moves_the_picture_does_so_in_proportion_to_its_resolution() -> None:
+def test_wander_and_vibration_scale_with_the_resolution() -> None:
     shaky = {"wander_px": 40.0, "vibration_px": 2.0}
-    scenario = story(camera=story().camera.model_dump() | shaky)
+    scenario = small_scenario(camera=small_scenario().camera.model_dump() | shaky)
     width = scenario.imaging.width_px
-    half = set_up(scenario.with_dials({"resolution": width // 2})).camera
+    half = apply_direct_dials(scenario.with_dials({"resolution": width // 2})).camera
     assert (half.wander_px, half.vibration_px) == (20.0, 1.0)
-    asked = {"resolution": width // 2, "vibration_px": 3.0}
-    both = set_up(scenario.with_dials(asked)).camera
+    requested = {"resolution": width // 2, "vibration_px": 3.0}
+    both = apply_direct_dials(scenario.with_dials(requested)).camera
     assert (both.wander_px, both.vibration_px) == (20.0, 3.0)
 
 
-def test_another_frame_rate_keeps_the_span_of_the_story() -> None:
-    scenario = story(frames=51)  # 2 s
-    slow = set_up(scenario.with_dials({"frame_rate_hz": 5}))
+def test_another_frame_rate_keeps_the_duration() -> None:
+    scenario = small_scenario(frames=51)  # 2 s
+    slow = apply_direct_dials(scenario.with_dials({"frame_rate_hz": 5}))
     assert slow.frames == 11
     assert slow.duration_s == pytest.approx(scenario.duration_s)
 
 
 def test_a_frame_rate_that_leaves_one_frame_is_named() -> None:
-    asked = story(frames=40).with_dials({"frame_rate_hz": 0.5})  # of 1.56 s
-    with pytest.raises(ScenarioError, match=r"frame_rate_hz 0\.5 leaves 1 frame of a"):
-        set_up(asked)
+    requested = small_scenario(frames=40).with_dials(
+        {"frame_rate_hz": 0.5}
+    )  # of 1.56 s
+    with pytest.raises(
+        ScenarioError, match=r"frame_rate_hz 0\.5 leaves 1 frame of 1\.56 s"
+    ):
+        apply_direct_dials(requested)
 
 
 def test_no_occlusion_and_a_hidden_share_contradict_each_other() -> None:
     with pytest.raises(ScenarioError, match="count 0"):
-        story().with_dials({"occlusion.count": 0, "occlusion.hidden": 0.5})
+        small_scenario().with_dials({"occlusion.count": 0, "occlusion.hidden": 0.5})
 
 
-def test_a_story_without_dials_stays_itself() -> None:
-    scenario = story()
-    assert set_up(scenario) is scenario
+def test_a_scenario_without_dials_does_not_change() -> None:
+    scenario = small_scenario()
+    assert apply_direct_dials(scenario).digest == scenario.digest
 
 
-def test_doubles_are_counted_where_they_come_near() -> None:
+def test_distractors_within_the_gap_are_counted() -> None:
     truth = tiny_sequence().truth
-    everyone = truth.vehicles
-    assert everyone is not None
-    target = next(v for v in everyone.vehicles if v.name == "target")
-    double = replace(target, name="stranger.0")
+    table = truth.vehicles
+    assert table is not None
+    target = next(v for v in table.vehicles if v.name == "target")
+    distractor = replace(target, name="stranger.0")
     near, far = truth.boxes.copy(), truth.boxes.copy()
     near[:, 0] += truth.boxes[:, 2] + 5  # 5 px beside it
     far[:, 0] += truth.boxes[:, 2] + 50
     for boxes, limit, count in ((near, 5.0, 1), (far, 5.0, 0), (far, 50.0, 1)):
-        company = replace(
-            everyone,
-            vehicles=(target, double),
+        vehicles = replace(
+            table,
+            vehicles=(target, distractor),
             ids=np.array([1, 2]),
             boxes=np.stack([truth.boxes, boxes], axis=1),
             visible_px=np.ones((len(boxes), 2)),
         )
-        seen = replace(truth, vehicles=company)
-        asked = story().with_dials({"distractors.gap_px": limit})
-        achieved = achieved_dials(seen, asked)
+        with_distractor = replace(truth, vehicles=vehicles)
+        requested = small_scenario().with_dials({"distractors.gap_px": limit})
+        achieved = achieved_dials(with_distractor, requested)
         assert achieved["distractors.count"] == count

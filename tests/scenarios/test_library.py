@@ -1,4 +1,4 @@
-"""The scenarios that ship with simbench: each tests what it says it tests."""
+"""The scenarios that ship with simbench: each has the effects that it claims."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simbench.core.box import area, centers, clip
 from simbench.generation.dials.probe import OcclusionProbe, target_boxes
 from simbench.scenarios.files.loading import (
-    library,
+    list_scenarios,
     load_scenario,
     load_variants,
     variants_of,
@@ -28,7 +28,7 @@ FAST_MOTION = [
     for camera in ("still", "moving")
 ]
 LEVELS = {"standard": (0.0, 40.0), "medium": (20.0, 60.0), "extreme": (20.0, 100.0)}
-"""Moves of the target between frames [px]; DSP, section 4.1."""
+"""Displacement of the target between frames [px]; DSP, section 4.1."""
 QUICK_LEVELS = [
     ("car-front-still", "medium"),
     ("motorcycle-above-still", "standard"),
@@ -41,7 +41,7 @@ HIDES = {"overtaken-by-truck": 0.95, "cut-in": 0.9, "twins": 0.3}
 def _marked(
     cases: Sequence[tuple[str, ...]], quick: Sequence[tuple[str, ...]]
 ) -> list[Any]:
-    """Leave the quick ones to every run of the tests, and the rest to the slow one."""
+    """Mark all cases but the quick ones as slow."""
     return [
         pytest.param(
             *case, id="@".join(case), marks=() if case in quick else pytest.mark.slow
@@ -54,28 +54,28 @@ def _boxes(scenario: Scenario, seed: int) -> NDArray[np.float64]:
     return target_boxes(build_stage(scenario, seed))
 
 
-@pytest.mark.parametrize("name", library())
+@pytest.mark.parametrize("name", list_scenarios())
 def test_a_scenario_is_the_same_each_time_it_is_read(name: str) -> None:
     base = load_scenario(name)
     assert (base.name, base.variant) == (name, "")
     assert load_scenario(name).digest == base.digest
     if variants_of(name):
-        told = load_variants(f"{name}@all")
-        assert [one.variant for one in told] == variants_of(name)
-        assert len({one.digest for one in told}) == len(told)
+        variants = load_variants(f"{name}@all")
+        assert [one.variant for one in variants] == variants_of(name)
+        assert len({one.digest for one in variants}) == len(variants)
 
 
-@pytest.mark.parametrize("name", library())
-def test_a_scenario_says_in_a_line_what_it_tests(name: str) -> None:
+@pytest.mark.parametrize("name", list_scenarios())
+def test_a_scenario_states_in_one_line_what_it_tests(name: str) -> None:
     scenario = load_scenario(name)
     assert re.fullmatch(r"[A-Z0-9][^\n]{30,250}\.", scenario.tests)
     assert scenario.tests.rstrip(".") != scenario.title
 
 
 def test_no_two_scenarios_share_a_title_or_what_they_test() -> None:
-    scenarios = [load_scenario(name) for name in library()]
-    for said in ("title", "tests"):
-        assert len({getattr(one, said) for one in scenarios}) == len(scenarios)
+    scenarios = [load_scenario(name) for name in list_scenarios()]
+    for key in ("title", "tests"):
+        assert len({getattr(one, key) for one in scenarios}) == len(scenarios)
 
 
 def test_library_has_the_fast_motion_sequences_at_three_levels() -> None:
@@ -91,7 +91,7 @@ def test_library_has_the_fast_motion_sequences_at_three_levels() -> None:
     ("name", "level"),
     _marked([(name, level) for name in FAST_MOTION for level in LEVELS], QUICK_LEVELS),
 )
-def test_moves_between_frames_are_those_of_the_level(name: str, level: str) -> None:
+def test_displacements_are_within_the_range_of_the_level(name: str, level: str) -> None:
     boxes = _boxes(load_scenario(f"{name}@{level}"), seed=0)
     assert not np.isnan(boxes).any()
     moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
@@ -106,9 +106,9 @@ def test_moves_between_frames_are_those_of_the_level(name: str, level: str) -> N
 
 @pytest.mark.sumo
 @pytest.mark.parametrize(
-    "name", _marked([(name,) for name in library()], [(name,) for name in QUICK])
+    "name", _marked([(name,) for name in list_scenarios()], [(name,) for name in QUICK])
 )
-def test_the_target_is_well_in_the_picture_where_trackers_start(name: str) -> None:
+def test_the_target_is_inside_the_picture_in_the_first_frame(name: str) -> None:
     scenario = load_scenario(name)
     boxes = _boxes(scenario, seed=0)
     size = scenario.imaging.width_px, scenario.imaging.height_px
@@ -120,12 +120,12 @@ def test_the_target_is_well_in_the_picture_where_trackers_start(name: str) -> No
 @pytest.mark.sumo
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "peak"), HIDES.items())
-def test_other_vehicles_hide_the_target_and_let_it_come_back(
+def test_other_vehicles_occlude_the_target_and_reveal_it_again(
     name: str, peak: float
 ) -> None:
     stage = build_stage(load_scenario(name), seed=0)
-    with OcclusionProbe(stage) as rehearsal:
-        hidden = rehearsal.hidden([], range(len(stage.cameras)))
+    with OcclusionProbe(stage) as probe:
+        hidden = probe.hidden([], range(len(stage.cameras)))
     assert hidden.max() >= peak
     assert hidden[0] < 0.05
     assert hidden[-1] < 0.05

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from simbench.scenarios.schema import Light, Scenario, Surroundings
 from simbench.scenarios.schema.seeds import Stream, generator
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 
 def test_by_default_it_is_a_clear_day() -> None:
@@ -29,7 +29,7 @@ def test_by_default_it_is_a_clear_day() -> None:
         pytest.param({"illumination": 0}, id="illumination"),
     ],
 )
-def test_light_that_cannot_be_is_refused(content: dict[str, Any]) -> None:
+def test_impossible_light_is_refused(content: dict[str, Any]) -> None:
     with pytest.raises(ValidationError, match=next(iter(content))):
         Light.model_validate(content)
 
@@ -43,15 +43,15 @@ def _first(scenario: Scenario, name: Stream) -> float:
     return float(generator(scenario, 0, name).random())
 
 
-def test_rain_has_a_stream_of_its_own_that_goes_with_the_sensor() -> None:
-    free, held = story(), story(seeds={"sensor": 9})
+def test_rain_has_its_own_stream_with_the_seed_of_the_sensor() -> None:
+    free, fixed = small_scenario(), small_scenario(seeds={"sensor": 9})
     assert _first(free, "weather") != _first(free, "sensor")
-    assert _first(free, "weather") != _first(held, "weather")
-    assert _first(free, "traffic") == _first(held, "traffic")
+    assert _first(free, "weather") != _first(fixed, "weather")
+    assert _first(free, "traffic") == _first(fixed, "traffic")
 
 
 def test_streams_keep_their_numbers() -> None:
-    """Sequences made before a stream was added stay the same."""
+    """Sequences generated before a stream was added stay the same."""
     names: tuple[Stream, ...] = (
         "traffic",
         "looks",
@@ -63,4 +63,4 @@ def test_streams_keep_their_numbers() -> None:
     )
     for number, name in enumerate(names, start=1):
         expected = np.random.default_rng(np.random.SeedSequence([0, number])).random()
-        assert _first(story(), name) == expected
+        assert _first(small_scenario(), name) == expected

@@ -1,4 +1,4 @@
-"""Small synthetic clips: a coloured car on a textured road, truth known exactly."""
+"""Small synthetic clips of a coloured car on a textured road with exact truth."""
 
 from __future__ import annotations
 
@@ -24,38 +24,38 @@ class Clip:
 
 
 def road(width: int, height: int, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Return grey asphalt of two grains with lane marks, (H, W, 3) uint8."""
+    """Return textured grey asphalt with lane markings, (H, W, 3) uint8."""
     fine = rng.normal(0.0, 6.0, (height, width))
     coarse = rng.normal(0.0, 14.0, (height // 16 + 1, width // 16 + 1))
     smooth = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
     grey = 105.0 + fine + smooth
-    picture = np.stack([grey, grey + 2.0, grey + 4.0], axis=-1)
+    image = np.stack([grey, grey + 2.0, grey + 4.0], axis=-1)
     for row in range(height // 6, height, height // 3):
         for left in range(0, width, 60):
-            picture[row : row + 4, left : left + 30] = 220.0
+            image[row : row + 4, left : left + 30] = 220.0
     verge = height // 8
-    picture[:verge] = np.stack([grey - 40, grey, grey - 60], axis=-1)[:verge]
-    return np.clip(picture, 0, 255).astype(np.uint8)
+    image[:verge] = np.stack([grey - 40, grey, grey - 60], axis=-1)[:verge]
+    return np.clip(image, 0, 255).astype(np.uint8)
 
 
 def car(colour: tuple[int, int, int], rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return a car seen from behind, filling its box, (72, 96, 3) uint8."""
     width, height = CAR_SIZE
-    picture = np.full((height, width, 3), colour, np.float64)
-    picture[:6] *= 0.8
-    picture[8:30, 14:82] = (40, 48, 60)  # window
-    picture[36:46, 4:20] = picture[36:46, 76:92] = (170, 20, 25)  # lamps
-    picture[48:56, 36:60] = (225, 225, 210)  # number plate
-    picture[60:, :] = (30, 30, 32)  # bumper, shade
-    picture[60:, 22:74] = (60, 58, 60)
-    picture += rng.normal(0.0, 4.0, picture.shape)
-    return np.clip(picture, 0, 255).astype(np.uint8)
+    image = np.full((height, width, 3), colour, np.float64)
+    image[:6] *= 0.8
+    image[8:30, 14:82] = (40, 48, 60)  # window
+    image[36:46, 4:20] = image[36:46, 76:92] = (170, 20, 25)  # lamps
+    image[48:56, 36:60] = (225, 225, 210)  # number plate
+    image[60:, :] = (30, 30, 32)  # bumper, shade
+    image[60:, 22:74] = (60, 58, 60)
+    image += rng.normal(0.0, 4.0, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
 
 
 def draw(
-    picture: NDArray[np.uint8], sprite: NDArray[np.uint8], box: NDArray[np.float64]
+    image: NDArray[np.uint8], sprite: NDArray[np.uint8], box: NDArray[np.float64]
 ) -> None:
-    """Draw a sprite into a box (px, sub-pixel) of a picture."""
+    """Draw a sprite into a box (px, sub-pixel) of an image."""
     height, width = sprite.shape[:2]
     left, top, box_width, box_height = box
     shrink = max(1.0, width / box_width)
@@ -81,13 +81,13 @@ def draw(
     cv2.warpAffine(
         small,
         matrix,
-        (picture.shape[1], picture.shape[0]),
-        dst=picture,
+        (image.shape[1], image.shape[0]),
+        dst=image,
         borderMode=cv2.BORDER_TRANSPARENT,
     )
 
 
-def film(
+def render_clip(
     centers: NDArray[np.float64],
     widths: NDArray[np.float64],
     *,
@@ -98,10 +98,10 @@ def film(
     vibration: float = 0.0,
     seed: int = 0,
 ) -> Clip:
-    """Film a car at (T, 2) centres with (T,) widths, px.
+    """Render a car at (T, 2) centres with (T,) widths, px.
 
     Poles are pairs of left edge and width over the whole height. A distractor of the
-    same looks follows (T, 2) centres of its own.
+    same appearance has its own (T, 2) centres.
     """
     rng = np.random.default_rng(seed)
     width, height = size
@@ -111,19 +111,19 @@ def film(
     for index, (center, car_width) in enumerate(zip(centers, widths, strict=True)):
         shake = rng.normal(0.0, vibration, 2) if vibration else np.zeros(2)
         shift = np.array([[1.0, 0.0, shake[0]], [0.0, 1.0, shake[1]]])
-        picture = cv2.warpAffine(
+        image = cv2.warpAffine(
             background, shift, size, borderMode=cv2.BORDER_REPLICATE
         ).astype(np.uint8)
         extent = np.array([car_width, car_width * CAR_SIZE[1] / CAR_SIZE[0]])
         if distractor is not None:
             other = distractor[index] + shake
-            draw(picture, sprite, np.concatenate([other - extent / 2, extent]))
+            draw(image, sprite, np.concatenate([other - extent / 2, extent]))
         box = np.concatenate([center + shake - extent / 2, extent])
-        draw(picture, sprite, box)
+        draw(image, sprite, box)
         for left, pole_width in poles:
             start = round(left + shake[0])
-            picture[:, max(start, 0) : start + round(pole_width)] = (150, 152, 155)
-        noisy = picture + rng.normal(0.0, 3.0, picture.shape)
+            image[:, max(start, 0) : start + round(pole_width)] = (150, 152, 155)
+        noisy = image + rng.normal(0.0, 3.0, image.shape)
         image = np.clip(noisy, 0, 255).astype(np.uint8)
         image.flags.writeable = False
         frames.append(Frame(image, index / 25.0, index))
@@ -131,8 +131,8 @@ def film(
     return Clip(frames, np.array(boxes))
 
 
-def follow(tracker: Tracker, clip: Clip, seed: int = 0) -> NDArray[np.float64]:
-    """Run a tracker over a clip; return its (T, 4) boxes, row 0 the given one."""
+def run_tracker(tracker: Tracker, clip: Clip, seed: int = 0) -> NDArray[np.float64]:
+    """Run a tracker over a clip; return its (T, 4) boxes, row 0 the first true box."""
     tracker.init(
         clip.frames[0], Box.from_array(clip.boxes[0]), np.random.default_rng(seed)
     )

@@ -1,4 +1,4 @@
-"""Trackers found by what a user writes, and the one-line answers to mistakes."""
+"""Look-up of trackers by specification, and one-line errors for mistakes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from simbench.core.errors import TrackerError
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.directional import Directional
-from simbench.trackers.find_tracker import TrackerSpec, available_trackers, find_tracker
+from simbench.trackers.find_tracker import TrackerSpec, find_tracker, list_trackers
 from simbench.trackers.opencv import OpenCvTracker
 from simbench.trackers.still import Still
 
@@ -51,31 +51,31 @@ def test_tracker_of_opencv_is_found_by_its_name(name: str) -> None:
     assert isinstance(find_tracker(name).make(), OpenCvTracker)
 
 
-def test_every_make_gives_a_tracker_of_its_own() -> None:
+def test_every_make_returns_a_fresh_tracker() -> None:
     spec = find_tracker("condensation")
     assert spec.make() is not spec.make()
 
 
-def test_spec_survives_the_way_to_a_worker() -> None:
+def test_spec_round_trips_through_pickle() -> None:
     spec = find_tracker("a=directional-90@particles=30")
     assert pickle.loads(pickle.dumps(spec)) == spec
 
 
 def test_every_available_tracker_can_be_made() -> None:
-    available = available_trackers()
+    available = list_trackers()
     assert {"condensation", "directional-45", "dsp", "still"} <= set(available)
     for name, line in available.items():
         assert line and "cannot be loaded" not in line
         find_tracker(name)
 
 
-class Unspeakable(Exception):
+class BrokenStr(Exception):
     def __str__(self) -> str:
-        raise RuntimeError("no words")
+        raise RuntimeError("no text")
 
 
 class Broken:
-    """A tracker that cannot be made: its constructor raises what it is told to."""
+    """A tracker whose constructor raises ``raised``."""
 
     raised: type[BaseException]
 
@@ -84,9 +84,9 @@ class Broken:
 
 
 @pytest.mark.parametrize(
-    "raised", [KeyError, OSError, Unspeakable, SystemExit, GeneratorExit]
+    "raised", [KeyError, OSError, BrokenStr, SystemExit, GeneratorExit]
 )
-def test_constructor_that_raises_is_answered_in_one_line(
+def test_constructor_that_raises_gives_a_one_line_error(
     raised: type[BaseException], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Broken, "raised", raised, raising=False)
@@ -96,7 +96,7 @@ def test_constructor_that_raises_is_answered_in_one_line(
     assert str(caught.value) == f"tracker mine not made: {raised.__name__}"
 
 
-def test_constructor_may_be_stopped_with_ctrl_c(
+def test_constructor_can_be_stopped_with_ctrl_c(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(Broken, "raised", KeyboardInterrupt, raising=False)
@@ -104,7 +104,7 @@ def test_constructor_may_be_stopped_with_ctrl_c(
         TrackerSpec("mine", f"{__name__}:Broken").make()
 
 
-def test_parameters_that_cannot_be_told_are_none_and_no_crash(
+def test_factory_without_readable_signature_accepts_no_parameters(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def make(**parameters: object):  # type: ignore[no-untyped-def]
@@ -123,7 +123,7 @@ def test_parameters_that_cannot_be_told_are_none_and_no_crash(
         ("opencv:MIL", "simbench.trackers.opencv"),
     ],
 )
-def test_module_is_that_of_the_name(spec: str, module: str) -> None:
+def test_module_is_the_one_that_defines_the_tracker(spec: str, module: str) -> None:
     assert TrackerSpec(spec, spec).module == module
 
 
@@ -146,11 +146,11 @@ def test_module_is_that_of_the_name(spec: str, module: str) -> None:
         ("no_such_module:Tracker", "cannot be loaded"),
         ("simbench.trackers.still:Runner", "cannot be loaded"),
         ("collections:OrderedDict", "lacks them"),
-        ("math:pi", "is no callable"),
+        ("math:pi", "must be a callable, got 3.14"),
         ("opencv:Nonesuch", "OpenCV .* has no tracker 'Nonesuch'"),
     ],
 )
-def test_mistake_is_answered_in_one_line(spec: str, message: str) -> None:
+def test_mistake_gives_a_one_line_error(spec: str, message: str) -> None:
     with pytest.raises(TrackerError, match=message) as raised:
         find_tracker(spec).make()
     assert "\n" not in str(raised.value)

@@ -1,4 +1,4 @@
-"""The particle trackers on synthetic clips: they follow, and count their work."""
+"""The particle trackers on synthetic clips: accuracy and particle usage."""
 
 from __future__ import annotations
 
@@ -18,46 +18,48 @@ from simbench.trackers.parts.appearance import Appearance
 from simbench.trackers.parts.patches import normalised_patches
 from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.still import Still
-from tests.trackers.clips import Clip, film, follow, straight, success
+from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
 
-FOLLOWERS = ["condensation", "directional-90", "directional-45", "dsp"]
+PARTICLE_TRACKERS = ["condensation", "directional-90", "directional-45", "dsp"]
 
 
 @pytest.fixture(scope="module")
 def crossing() -> Clip:
-    """A car crosses the picture, 4 px a frame."""
-    return film(straight(70, (40, 150), (4.0, 0.5)), np.full(70, 50.0))
+    """A car that crosses the image at 4 px per frame."""
+    return render_clip(straight(70, (40, 150), (4.0, 0.5)), np.full(70, 50.0))
 
 
 @pytest.fixture(scope="module")
 def receding() -> Clip:
-    """A car seen from behind shrinks threefold while it hardly moves."""
-    return film(straight(100, (240, 200), (-0.3, -0.7)), np.geomspace(90, 30, 100))
+    """A car seen from behind that shrinks threefold and hardly moves."""
+    return render_clip(
+        straight(100, (240, 200), (-0.3, -0.7)), np.geomspace(90, 30, 100)
+    )
 
 
-@pytest.mark.parametrize("name", FOLLOWERS)
+@pytest.mark.parametrize("name", PARTICLE_TRACKERS)
 def test_tracker_follows_a_crossing_car(name: str, crossing: Clip) -> None:
-    boxes = follow(find_tracker(name).make(), crossing)
+    boxes = run_tracker(find_tracker(name).make(), crossing)
     assert success(boxes, crossing) > 0.9
 
 
-@pytest.mark.parametrize("name", FOLLOWERS)
+@pytest.mark.parametrize("name", PARTICLE_TRACKERS)
 def test_tracker_follows_the_size_of_a_receding_car(name: str, receding: Clip) -> None:
-    boxes = follow(find_tracker(name).make(), receding)
+    boxes = run_tracker(find_tracker(name).make(), receding)
     assert success(boxes, receding) > 0.9
     assert 0.7 < boxes[-1, 2] / receding.boxes[-1, 2] < 1.4
 
 
-def test_still_tracker_stays_and_fails(crossing: Clip) -> None:
-    boxes = follow(Still(), crossing)
+def test_still_tracker_never_moves_and_loses_the_car(crossing: Clip) -> None:
+    boxes = run_tracker(Still(), crossing)
     assert np.ptp(boxes, axis=0).tolist() == [0.0] * 4
     assert success(boxes, crossing) < 0.2
 
 
-def test_size_is_lost_without_the_surround(crossing: Clip) -> None:
+def test_overlap_is_lower_without_the_surround(crossing: Clip) -> None:
     sizes = []
     for surround in (0.0, 1.0):
-        boxes = follow(directional_45(surround=surround), crossing)
+        boxes = run_tracker(directional_45(surround=surround), crossing)
         sizes.append(float(np.mean(overlap(boxes, crossing.boxes)[-20:])))
     assert sizes[0] + 0.1 < sizes[1]
 
@@ -66,7 +68,8 @@ def test_condensation_with_a_tenth_of_its_particles_is_worse(crossing: Clip) -> 
     errors = []
     for particles in (10, 100):
         runs = [
-            follow(Condensation(particles=particles), crossing, s) for s in range(5)
+            run_tracker(Condensation(particles=particles), crossing, s)
+            for s in range(5)
         ]
         offsets = [centers(run) - centers(crossing.boxes) for run in runs]
         errors.append(np.mean([np.hypot(*offset.T).mean() for offset in offsets]))
@@ -115,7 +118,7 @@ def test_gated_particles_never_reach_the_likelihood(
     assert min(rows) < 80
 
 
-def test_gate_that_nothing_passes_falls_back_to_all_and_is_counted(
+def test_gate_that_no_particle_passes_falls_back_to_all_and_is_counted(
     crossing: Clip,
 ) -> None:
     tracker = Directional(half_angle=1e-6)
@@ -126,12 +129,12 @@ def test_gate_that_nothing_passes_falls_back_to_all_and_is_counted(
     assert used[-1] == 100
 
 
-def test_gate_stays_open_for_a_car_that_stands() -> None:
-    standing = film(straight(30, (200, 150), (0.0, 0.0)), np.full(30, 50.0))
+def test_gate_stays_open_for_a_stationary_car() -> None:
+    stationary = render_clip(straight(30, (200, 150), (0.0, 0.0)), np.full(30, 50.0))
     tracker = directional_90()
-    box = Box.from_array(standing.boxes[0])
-    tracker.init(standing.frames[0], box, np.random.default_rng(0))
-    used = [tracker.update(frame).particles for frame in standing.frames[1:]]
+    box = Box.from_array(stationary.boxes[0])
+    tracker.init(stationary.frames[0], box, np.random.default_rng(0))
+    used = [tracker.update(frame).particles for frame in stationary.frames[1:]]
     assert used == [100] * 29
 
 
@@ -150,16 +153,16 @@ def test_cloud_is_kept_only_on_request(name: str, crossing: Clip) -> None:
         assert cloud[:, 2].sum() == pytest.approx(1.0)
 
 
-def test_swarm_uses_whole_rounds_and_no_more_than_its_limit(crossing: Clip) -> None:
+def test_swarm_evaluates_whole_rounds_up_to_its_limit(crossing: Clip) -> None:
     tracker = DynamicSwarmParticle(particles=10, iterations=5, stop=1.1)
     box = Box.from_array(crossing.boxes[0])
     tracker.init(crossing.frames[0], box, np.random.default_rng(0))
     tracker.update(crossing.frames[1])
-    # Never sure enough: both places and five swarm steps.
+    # The confidence never reaches 1.1: both states and five swarm steps.
     assert tracker.update(crossing.frames[2]).particles == 10 * (2 + 5)
 
 
-def test_sure_swarm_stops_after_one_round(crossing: Clip) -> None:
+def test_confident_swarm_stops_after_one_round(crossing: Clip) -> None:
     tracker = DynamicSwarmParticle(particles=10, stop=0.0)
     box = Box.from_array(crossing.boxes[0])
     tracker.init(crossing.frames[0], box, np.random.default_rng(0))
@@ -167,13 +170,13 @@ def test_sure_swarm_stops_after_one_round(crossing: Clip) -> None:
     assert tracker.update(crossing.frames[2]).particles == 10
 
 
-def test_swarm_draws_particles_to_its_best(rng: np.random.Generator) -> None:
+def test_swarm_moves_particles_to_its_best(rng: np.random.Generator) -> None:
     states = np.tile(np.array([[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), (30, 1, 1))
     states[:, :, 2] = rng.normal(0.0, 20.0, (30, 2))
     target = np.array([5.0, -3.0])
 
-    def confidences(where: NDArray[np.float64]) -> NDArray[np.float64]:
-        squared = np.sum((where[:, :, 2] - target) ** 2, axis=1)
+    def confidences(states: NDArray[np.float64]) -> NDArray[np.float64]:
+        squared = np.sum((states[:, :, 2] - target) ** 2, axis=1)
         return np.asarray(np.exp(-squared / 800.0))
 
     swarm = Swarm.start(states, confidences(states))
@@ -209,7 +212,7 @@ def test_confidence_falls_away_from_the_target(
     assert confidences[-1] < 0.4
 
 
-def test_patch_is_normalised_and_blind_to_brightness(
+def test_patch_is_normalised_and_invariant_to_brightness(
     rng: np.random.Generator,
 ) -> None:
     image = rng.integers(0, 120, (60, 80, 3), dtype=np.uint8)

@@ -1,10 +1,11 @@
-"""Of a data set everything is compared: entries, files, index and what is too much."""
+"""All of a data set is compared: entries, files, index, and files too many."""
 
 from __future__ import annotations
 
 import json
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,25 @@ import simbench.generation.generate
 from simbench.cli import execute
 from simbench.datasets.frames import write_frame
 from simbench.datasets.store import FolderStore
-from simbench.generation.dataset.make_sequence import ENTRIES, SequenceJob, produce
+from simbench.generation.dataset.make_sequence import (
+    ENTRIES,
+    SequenceJob,
+    make_sequence,
+)
 from simbench.generation.dataset.manifest import EntryFile
 from simbench.generation.dataset.produce import produce_dataset
-from simbench.generation.dataset.request import Batch, DatasetRequest
+from simbench.generation.dataset.request import DatasetRequest, SeededRecipe
 from simbench.generation.digests import made_with
-from simbench.verification.compare_dataset import compare_whole
-from simbench.verification.compare_entries import entry_differences
-from simbench.verification.compare_sequences import VerificationResult
-from simbench.verification.remake import remake_entry
-from simbench.verification.verify import find_targets_to_verify
+from simbench.verification.compare_dataset import compare_dataset
+from simbench.verification.compare_sequences import compare_sequences
+from simbench.verification.difference import VerificationResult
+from simbench.verification.regenerate import (
+    entry_files,
+    in_dataset,
+    regenerated_files,
+    verify_sequence,
+)
+from simbench.verification.verify import find_recorded_sequences
 from tests.generation.dataset.small_recipe import small_recipe
 
 pytestmark = [pytest.mark.gl, pytest.mark.sumo]
@@ -32,29 +42,30 @@ pytestmark = [pytest.mark.gl, pytest.mark.sumo]
 Change = Callable[[Path], None]
 
 
-def produced(layout: str, place: Path, count: int, channels: tuple[str, ...]) -> None:
-    wanted = DatasetRequest(
-        (Batch(small_recipe(), range(count)),), layout, "", channels
+def make_dataset(
+    layout: str, place: Path, count: int, channels: tuple[str, ...]
+) -> None:
+    request = DatasetRequest(
+        (SeededRecipe(small_recipe(), range(count)),), layout, "", channels
     )
-    produce_dataset(wanted, str(place), command="as typed", licence="CC0-1.0")
+    produce_dataset(request, str(place), command="as typed", licence="CC0-1.0")
 
 
 def entry_of(place: Path, number: int = 0) -> Path:
     return sorted((place / ENTRIES).glob("*.json"))[number]
 
 
-def remade(place: Path, scratch: Path) -> VerificationResult:
-    """Make the first sequence of a data set anew, in this process."""
-    (subject, *_), _ = find_targets_to_verify(str(place))
-    assert subject.remake is remake_entry
-    return subject.remake(*subject.arguments, scratch, lambda *_: None)
+def verified(place: Path, scratch: Path) -> VerificationResult:
+    """Verify the first sequence of a data set in this process."""
+    (sequence, *_), _ = find_recorded_sequences(str(place))
+    return verify_sequence(sequence.name, sequence.read, scratch, lambda *_: None)
 
 
 @pytest.fixture(scope="module")
 def coco(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two sequences of two frames."""
     place = tmp_path_factory.mktemp("coco") / "set"
-    produced("coco", place, 2, ())
+    make_dataset("coco", place, 2, ())
     return place
 
 
@@ -62,7 +73,7 @@ def coco(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def native(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One sequence of two frames, with depth."""
     place = tmp_path_factory.mktemp("native") / "set"
-    produced("native", place, 1, ("depth",))
+    make_dataset("native", place, 1, ("depth",))
     return place
 
 
@@ -81,12 +92,10 @@ def in_entry(change: Callable[[dict[str, Any]], object]) -> Change:
     return lambda place: changed(entry_of(place), change)
 
 
-def test_a_data_set_as_it_was_made_is_the_same_as_a_whole(
-    coco: Path, native: Path
-) -> None:
+def test_unchanged_data_set_is_identical(coco: Path, native: Path) -> None:
     for place in (coco, native):
-        assert str(compare_whole(str(place))) == "index and list of files: identical"
-    assert compare_whole(str(coco / "val")) is None
+        assert str(compare_dataset(str(place))) == "index and list of files: identical"
+    assert compare_dataset(str(coco / "val")) is None
 
 
 def write(path: str, text: str) -> Change:
@@ -102,7 +111,7 @@ def remove(path: str) -> Change:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         pytest.param(
             write("annotations/instances_val.json", "{}"),
@@ -119,7 +128,7 @@ def remove(path: str) -> Change:
             write("val/small-0001/000002.png", "x"),
             "files differ: of no sequence and not of the index: "
             "val/small-0001/000002.png",
-            id="a picture too many",
+            id="an image too many",
         ),
         pytest.param(
             write("notes/todo.txt", "x"),
@@ -129,7 +138,7 @@ def remove(path: str) -> Change:
         pytest.param(
             remove("val/small-0001/000001.png"),
             "files differ: missing: val/small-0001/000001.png",
-            id="a picture too few",
+            id="an image too few",
         ),
         pytest.param(
             in_entry(lambda e: e["layout"].update(width=99)),
@@ -141,42 +150,43 @@ def remove(path: str) -> Change:
                 place / "dataset.json",
                 lambda r: r["productions"][-1].update(finished=False),
             ),
-            "record differs: dataset.json says that making it did not end: there is no "
+            "record differs: dataset.json says that its generation did not end: no "
             "index to compare",
             id="an unfinished production",
         ),
     ],
 )
-def test_what_no_sequence_tells_is_compared(
-    copied: Path, change: Change, said: str
+def test_index_and_file_names_are_compared(
+    copied: Path, change: Change, message: str
 ) -> None:
     change(copied)
-    assert str(compare_whole(str(copied))) == f"index and list of files: {said}"
+    assert str(compare_dataset(str(copied))) == f"index and list of files: {message}"
 
 
-def test_a_removed_entry_is_missed_and_its_files_belong_to_nobody(copied: Path) -> None:
+def test_removed_entry_and_its_files_are_reported(copied: Path) -> None:
     entry_of(copied).unlink()
-    assert str(compare_whole(str(copied))) == (
+    assert str(compare_dataset(str(copied))) == (
         "index and list of files: record differs: dataset.json says 2 sequences, 1 "
-        "have an entry; index differs: not what the entries say: CARD.md and 2 more; "
-        "files differ: of no sequence and not of the index: truth/small-0000 and 1 more"
+        "have an entry; index differs: not what the entries say: CARD.md, "
+        "annotations/instances_val.json, card.json; files differ: of no sequence and "
+        "not of the index: truth/small-0000, val/small-0000"
     )
 
 
-def test_a_damaged_entry_is_one_line_of_the_whole_and_of_its_sequence(
+def test_damaged_entry_is_a_fault_of_the_index_and_of_its_sequence(
     copied: Path, tmp_path: Path
 ) -> None:
     entry_of(copied).write_text('{"name": ')
-    for finding in (compare_whole(str(copied)), remade(copied, tmp_path / "made")):
-        assert "cannot be verified" in str(finding)
-        assert "not valid JSON" in str(finding)
+    for result in (compare_dataset(str(copied)), verified(copied, tmp_path / "made")):
+        assert "cannot be verified" in str(result)
+        assert "not valid JSON" in str(result)
 
 
 @pytest.fixture(scope="module")
-def anew(coco: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The files of the first sequence of the data set, made anew, and its entry."""
-    root = tmp_path_factory.mktemp("anew") / "root"
-    order = SequenceJob(
+def regenerated(coco: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first sequence of the data set, generated again, with its entry."""
+    root = tmp_path_factory.mktemp("regenerated") / "root"
+    job = SequenceJob(
         name="small-0000",
         key="0" * 12,
         scenario=small_recipe().scenario(0),
@@ -185,32 +195,32 @@ def anew(coco: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         split="",
         channels=(),
         place=str(coco),
-        left_at=root,
+        local_folder=root,
     )
-    assert produce(order, lambda *_: None) == ("made", "")
+    assert make_sequence(job, lambda *_: None) == ("made", "")
     return root
 
 
-def compared(place: Path, anew: Path) -> str:
-    entry = json.loads(entry_of(place).read_text())
-    made = json.loads((anew / "entry.json").read_text())
-    found = entry_differences(FolderStore(place), entry, made, anew)
+def compared(place: Path, regenerated: Path) -> str:
+    content = entry_of(place).read_bytes()
+    recorded = entry_files(json.loads(content), content, FolderStore(place))
+    found = compare_sequences(recorded, regenerated_files(regenerated))
     return "; ".join(map(str, found))
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         pytest.param(lambda _: None, "", id="nothing"),
         pytest.param(
             in_entry(lambda e: e["summary"].update(frames=999)),
-            "summary differs: frames: 999 kept, 2 made",
+            "summary differs: frames: 999 recorded, 2 regenerated",
             id="summary",
         ),
         pytest.param(
             in_entry(lambda e: e["layout"]["pictures"][0][0].update(bbox=[0, 0, 1, 1])),
-            "layout differs: pictures.0.0.bbox.0: 0 kept, ",
-            id="masks, which live nowhere else",
+            "layout differs: pictures.0.0.bbox.0: 0 recorded, ",
+            id="masks, which only the entry contains",
         ),
         pytest.param(
             in_entry(lambda e: e["summary"]["made_with"].update(opengl="Mesa 1")),
@@ -222,14 +232,12 @@ def compared(place: Path, anew: Path) -> str:
         ),
         pytest.param(
             in_entry(lambda e: e["files"].append("val/small-0000/000009.png")),
-            "files differ: its entry lists what is not made here: "
-            "val/small-0000/000009.png",
+            "file names differ: only recorded: val/small-0000/000009.png",
             id="a file listed too many",
         ),
         pytest.param(
             in_entry(lambda e: e["files"].remove("val/small-0000/000001.png")),
-            "files differ: its entry lacks what is made here: "
-            "val/small-0000/000001.png",
+            "file names differ: only regenerated: val/small-0000/000001.png",
             id="a file listed too few",
         ),
         pytest.param(
@@ -240,43 +248,47 @@ def compared(place: Path, anew: Path) -> str:
         ),
     ],
 )
-def test_an_entry_is_compared_part_by_part(
-    copied: Path, anew: Path, change: Change, said: str
+def test_entry_is_compared_part_by_part(
+    copied: Path, regenerated: Path, change: Change, message: str
 ) -> None:
     change(copied)
-    found = compared(copied, anew)
-    assert found.startswith(said) and bool(found) == bool(said)
+    found = compared(copied, regenerated)
+    assert found.startswith(message) and bool(found) == bool(message)
 
 
-def test_without_digests_of_files_nobody_is_accused(copied: Path, anew: Path) -> None:
+def test_file_without_digest_is_not_called_changed(
+    copied: Path, regenerated: Path
+) -> None:
     in_entry(lambda e: e.pop("sha256"))(copied)
     write("truth/small-0000/target.parquet", "x")(copied)
-    assert compared(copied, anew) == ("files differ: truth/small-0000/target.parquet")
+    assert compared(copied, regenerated) == (
+        "files differ: truth/small-0000/target.parquet"
+    )
 
 
-def test_a_picture_in_other_bytes_was_changed_even_if_it_shows_the_same(
-    copied: Path, anew: Path
+def test_image_in_other_bytes_was_changed_even_if_its_pixels_are_the_same(
+    copied: Path, regenerated: Path
 ) -> None:
     folder = copied / "val" / "small-0000"
     with (folder / "000000.png").open("ab") as file:
         file.write(b"behind the end")
-    assert compared(copied, anew) == (
+    assert compared(copied, regenerated) == (
         "files differ: val/small-0000/000000.png (the files were changed after they "
         "were made)"
     )
 
 
-def test_an_untouched_data_set_is_the_same_on_another_machine(
+def test_unchanged_data_set_is_identical_on_another_machine(
     native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    there = made_with() | {"processor": "Z80"}
-    monkeypatch.setattr(simbench.generation.generate, "made_with", lambda: there)
-    finding = remade(native, tmp_path / "made")
-    assert str(finding) == "small-0000: identical"
-    assert finding.elsewhere["processor"][1] == "Z80"
+    elsewhere = {**made_with(), "processor": "Z80"}
+    monkeypatch.setattr(simbench.generation.generate, "made_with", lambda: elsewhere)
+    result = verified(native, tmp_path / "made")
+    assert str(result) == "small-0000: identical"
+    assert result.environment_changes["processor"][1] == "Z80"
 
 
-def test_a_picture_that_is_drawn_otherwise_elsewhere_accuses_nobody(
+def test_image_rendered_otherwise_is_not_called_changed(
     native: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def darker(folder: Path, index: int, image: np.ndarray[Any, Any]) -> None:
@@ -287,29 +299,31 @@ def test_a_picture_that_is_drawn_otherwise_elsewhere_accuses_nobody(
 
     monkeypatch.setattr(simbench.generation.generate, "write_frame", darker)
     monkeypatch.setattr(simbench.generation.generate, "frame_digest", digest)
-    found = str(remade(native, tmp_path / "made"))
+    found = str(verified(native, tmp_path / "made"))
     assert found.startswith(
         "small-0000: frames differ from frame 0 on: at most 1 level"
     )
     assert "changed" not in found
 
 
-def test_subjects_hold_the_path_of_an_entry_and_none_of_its_content(
+def test_entries_are_not_read_before_their_turn(
     copied: Path,
 ) -> None:
     entry_of(copied).write_text("rubbish")
-    (first, second), total = find_targets_to_verify(str(copied))
+    (first, second), total = find_recorded_sequences(str(copied))
     assert (first.name, second.name, total) == ("small-0000", "small-0001", 2)
-    assert [type(part) for part in first.arguments] == [str, dict, EntryFile]
+    assert isinstance(first.read, partial)
+    assert first.read.func is in_dataset
+    assert [type(part) for part in first.read.args] == [str, dict, EntryFile]
     assert [first.count_frames(), second.count_frames()] == [0, 2]
 
 
-def test_a_sample_still_compares_the_whole_and_ends_with_1(
+def test_sample_compares_the_whole_index_and_ends_with_1(
     copied: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (copied / "val" / "small-0001" / "000000.png").unlink()
     assert execute(["verify", str(copied), "--sample", "1", "-j", "1"]) == 1
-    said = capsys.readouterr().out
-    assert "small-0000: identical" in said
-    assert "files differ: missing: val/small-0001/000000.png" in said
-    assert "1 of 2 verified: 1 identical" in said
+    output = capsys.readouterr().out
+    assert "small-0000: identical" in output
+    assert "files differ: missing: val/small-0001/000000.png" in output
+    assert "1 of 2 verified: 1 identical" in output

@@ -1,1 +1,1 @@
-"""Parts that several trackers share: likelihoods, histograms, motion and resampling."""
+"""Components of trackers: likelihoods, histograms, motion models and resampling."""

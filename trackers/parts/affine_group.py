@@ -1,4 +1,4 @@
-"""The affine group of the plane and its Lie algebra, for many elements at once.
+"""The affine group of the plane and its Lie algebra, for arrays of elements.
 
 A group element is the upper two rows ``[B | t]`` of the 3 x 3 matrix that acts on
 homogeneous points, ``p -> B p + t`` with det B > 0. An algebra element is given by its
@@ -107,7 +107,7 @@ def log(elements: NDArray[np.float64]) -> NDArray[np.float64]:
 @numba.njit(cache=True)
 def _even_odd(delta):  # type: ignore[no-untyped-def]  # numba infers the types
     """Return cosh(r) and sinh(r) / r for r = sqrt(delta), delta of either sign."""
-    if abs(delta) < 1e-8:  # both series, where the quotient loses its digits
+    if abs(delta) < 1e-8:  # power series: the quotient would lose digits
         return 1.0 + delta / 2.0, 1.0 + delta / 6.0
     if delta > 0.0:
         r = math.sqrt(delta)
@@ -120,7 +120,7 @@ def _even_odd(delta):  # type: ignore[no-untyped-def]  # numba infers the types
 def _average_flow(m, a, b, c):  # type: ignore[no-untyped-def]  # numba infers
     """Return V = sum over k of M^k / (k + 1)! for M = [[m + a, b], [c, m - a]].
 
-    M is halved until it is small, and V doubled back by
+    M is halved until it is small, and V then restored by repeated doubling,
     ``V(2 M) = (exp(M) + I) V(M) / 2``.
     """
     norm = abs(m) + abs(a) + abs(b) + abs(c)
@@ -131,7 +131,7 @@ def _average_flow(m, a, b, c):  # type: ignore[no-untyped-def]  # numba infers
     factor = 0.5**halvings
     p, q, r, s = (m + a) * factor, b * factor, c * factor, (m - a) * factor
     v0, v1, v2, v3 = 1.0, 0.0, 0.0, 1.0
-    for k in range(14, 1, -1):  # Horner; 0.5^14 / 15! is far below round-off
+    for k in range(14, 1, -1):  # Horner scheme; 0.5^14 / 15! is far below round-off
         v0, v1, v2, v3 = (
             1.0 + (p * v0 + q * v2) / k,
             (p * v1 + q * v3) / k,
@@ -180,7 +180,7 @@ def _log(elements):  # type: ignore[no-untyped-def]  # numba infers the types
             result[n] = np.nan
             continue
         a, b, c = (p - s) / (2.0 * growth), q / growth, r / growth
-        delta = a * a + b * c  # sinh^2 r, or -sin^2 r; no digits lost near 1
+        delta = a * a + b * c  # sinh^2 r, or -sin^2 r; precise near 1
         if delta > 1e-8:
             odd = math.asinh(math.sqrt(delta)) / math.sqrt(delta)
         elif delta < -1e-8:

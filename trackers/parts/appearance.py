@@ -1,4 +1,4 @@
-"""What the swarm sees: how sure it is that a state holds the target."""
+"""Appearance model of the swarm: confidence that a state contains the target."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from simbench.trackers.parts.patches import PATCH_SIDE, normalised_patches
 
 __all__ = ["Appearance", "ellipses_of"]
 
-LABEL_SPREAD = 0.25  # boxes: the label's fall-off, wide enough to climb along
-FULL_BLEND = 0.9  # what a well-placed state reaches some frames after the first
+LABEL_SD = 0.25  # boxes: fall-off of the label, wide enough to give a gradient
+FULL_BLEND = 0.9  # value of a well-placed state some frames after the first
 COLOUR_SAMPLES = 256
-FIRST_LESSON, LATER_LESSON = 400, 60  # patches
+FIRST_PATCHES, LATER_PATCHES = 400, 60
 COLOUR_SHARE = 0.1
 RIDGE, MEMORY = 0.1, 0.9
 
@@ -30,48 +30,46 @@ def ellipses_of(states: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     (N, 4) float, px
-        Centre x, y and half axes: half the lengths of the two sides. Tilt is left out.
+        Centre x, y and half axes: half the lengths of the two sides. Tilt is ignored.
     """
     sides = np.hypot(states[:, 0, :2], states[:, 1, :2])
     return np.concatenate([states[:, :, 2], sides / 2.0], axis=1)
 
 
 class Appearance:
-    """Confidence that affine states hold the target, from structure and colour.
+    """Confidence that affine states contain the target, from structure and colour.
 
-    An extreme learning machine on normalised grey patches says how well structure
-    fits, the colour likelihood how well the colours do. The machine alone is sharp but
-    sees the target in odd places far off; colour alone is smooth and finds the way
-    back, but a car beside the target looks like it. The blend of both separates and
-    still has a slope to climb.
-
-    It counts what it evaluates, as the colour likelihood does.
+    An extreme learning machine on normalised grey patches measures structure, the
+    colour likelihood measures colour. The machine alone has a sharp maximum but false
+    maxima far off; colour alone is smooth and recovers a lost target, but does not
+    separate it from similar cars beside it. The blend separates them and keeps a
+    gradient towards the target.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
         First frame.
     state : (2, 3) float, px
-        The target there: maps the unit square [-0.5, 0.5]^2 to the image.
+        State of the target there: maps the unit square [-0.5, 0.5]^2 to the image.
     hidden : int
         Hidden units of the machine.
     structure : float, in [0, 1]
-        Weight of the machine; the rest is colour.
-    surround : float
-        As for the colour likelihood, like ``background``.
+        Weight of the machine; the remainder is colour.
+    surround, background : float
+        As for the colour likelihood.
     rng : numpy.random.Generator
-        Source of the hidden layer and of the places to learn from.
+        Source of the hidden layer and of the training offsets.
 
     Attributes
     ----------
     evaluations : int
-        States evaluated so far; patches learnt from are not among them.
+        States evaluated so far, training patches excluded.
 
     References
     ----------
     Jati, Gunawan et al., "Dynamic swarm particle for fast motion vehicle tracking",
-    ETRI Journal 2020 (DSP), section 3.3. Patches go to the machine as they are, where
-    the paper puts a trained auto-encoder before it; blending in colour is ours.
+    ETRI Journal 2020 (DSP), section 3.3. Patches go to the machine directly, where
+    the paper uses a trained auto-encoder first; the blend with colour is added here.
     """
 
     def __init__(
@@ -92,14 +90,14 @@ class Appearance:
             image,
             ellipses_of(state[None])[0],
             samples=COLOUR_SAMPLES,
-            sigma=1.0,  # only similarities are read
+            sigma=1.0,  # only similarities are used
             surround=surround,
             background=background,
         )
         self._machine = ExtremeLearningMachine(
             PATCH_SIDE**2, hidden=hidden, ridge=RIDGE, memory=MEMORY, rng=rng
         )
-        self._teach(image, state, FIRST_LESSON)
+        self._train(image, state, FIRST_PATCHES)
 
     def confidences(
         self, image: NDArray[np.uint8], states: NDArray[np.float64]
@@ -113,17 +111,17 @@ class Appearance:
         return np.clip(blend / FULL_BLEND, 0.0, 1.0)
 
     def learn(self, image: NDArray[np.uint8], state: NDArray[np.float64]) -> None:
-        """Teach the machine how the target looks now, at a state that is trusted."""
+        """Update the model with the target's appearance at a reliable state."""
         self._colour.learn(image, ellipses_of(state[None])[0], COLOUR_SHARE)
-        self._teach(image, state, LATER_LESSON)
+        self._train(image, state, LATER_PATCHES)
 
-    def _teach(
+    def _train(
         self, image: NDArray[np.uint8], state: NDArray[np.float64], count: int
     ) -> None:
-        """Teach the machine patches on, around and away from a state.
+        """Train the machine on patches on, around and away from a state.
 
-        A third each is drawn within a tenth of a box, half a box and two boxes; the
-        label falls off as a normal with the distance in boxes and in size.
+        A third each is sampled with a standard deviation of 0.1, 0.5 and 2 boxes; the
+        label is a Gaussian of the distance in boxes and in log size.
         """
         spreads = np.resize([0.1, 0.5, 2.0], count)
         offsets = np.zeros((count, 6))
@@ -131,6 +129,6 @@ class Appearance:
         offsets[:, 0] = self._rng.standard_normal(count) * np.minimum(spreads, 0.3)
         offsets[0] = 0.0
         squared = np.sum(offsets[:, 4:] ** 2, axis=1) + (2.0 * offsets[:, 0]) ** 2
-        labels = np.exp(-squared / (2.0 * LABEL_SPREAD**2))
+        labels = np.exp(-squared / (2.0 * LABEL_SD**2))
         patches = normalised_patches(image, compose(state, exp(offsets)))
         self._machine.learn(patches, labels)

@@ -1,8 +1,8 @@
-"""Colour histograms of many ellipses at once, compared with one reference.
+"""Colour histograms of ellipses, compared with one reference histogram.
 
-A pixel goes straight from RGB to its bin through one table, so that no part of the
-frame is ever converted; an ellipse is read at a fixed set of places spread evenly
-over it, so that the cost does not grow with the target.
+A look-up table maps RGB directly to the bin, so that no part of the frame is
+converted; an ellipse is sampled at a fixed set of points spread evenly over it, so that
+the cost does not grow with the target.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ def bin_table() -> NDArray[np.uint8]:
     (2**24,) uint8, in [0, BINS)
         Entry ``r << 16 | g << 8 | b`` is ``(h * 8 + s) * 4 + v``, with h, s and v the
         bins among 8, 8 and 4 of OpenCV's 8-bit hue (0-179), saturation and value.
-        Read-only, made once a process.
+        Read-only, computed once per process.
     """
     table = np.empty((256, 256 * 256), np.uint8)
     green, blue = np.divmod(np.arange(256 * 256), 256)
     colours = np.stack([np.zeros_like(green), green, blue], axis=-1).astype(np.uint8)
-    for red in range(256):  # one plane at a time: 16 M colours at once take 200 MB
+    for red in range(256):  # plane by plane: 16 M colours at once take 200 MB
         colours[:, 0] = red
         hsv = cv2.cvtColor(colours[None], cv2.COLOR_RGB2HSV)[0].astype(np.int32)
         hue = hsv[:, 0] * 8 // 180
@@ -52,17 +52,17 @@ def bin_table() -> NDArray[np.uint8]:
 
 
 def disc_samples(count: int) -> NDArray[np.float64]:
-    """Spread places evenly over the unit disc, as the seeds of a sunflower.
+    """Return points spread evenly over the unit disc, in a sunflower pattern.
 
     Parameters
     ----------
     count : int
-        Number of places, at least 1.
+        Number of points, at least 1.
 
     Returns
     -------
     (count, 2) float, in [-1, 1]
-        ``x, y``; each stands for the same area.
+        ``x, y``; each represents the same area.
 
     References
     ----------
@@ -75,12 +75,12 @@ def disc_samples(count: int) -> NDArray[np.float64]:
 
 
 def ring_samples(count: int, inner: float, outer: float) -> NDArray[np.float64]:
-    """Spread places evenly over a ring between two multiples of the unit circle.
+    """Return points spread evenly over a ring between two radii.
 
     Returns
     -------
     (count, 2) float, in [-outer, outer]
-        ``x, y``; each stands for the same area.
+        ``x, y``; each represents the same area.
     """
     disc = disc_samples(count)
     radius = np.hypot(disc[:, 0], disc[:, 1])
@@ -92,7 +92,7 @@ def ring_samples(count: int, inner: float, outer: float) -> NDArray[np.float64]:
 def histogram(  # type: ignore[no-untyped-def]  # numba infers the types
     image, table, ellipse, samples, counts
 ):
-    """Count the colours of one ellipse into ``counts`` and return nothing.
+    """Add the colour counts of one ellipse to ``counts``, in place.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def histogram(  # type: ignore[no-untyped-def]  # numba infers the types
     samples : (K, 2) float
         From `disc_samples`.
     counts : (BINS,) int64
-        Added to. Samples outside the image count nowhere.
+        Added to. Samples outside the image are not counted.
     """
     height, width = image.shape[0], image.shape[1]
     for k in range(samples.shape[0]):
@@ -139,7 +139,7 @@ def similarities(  # type: ignore[no-untyped-def]  # numba infers the types
     -------
     (N,) float, in [0, 1]
         ``rho = sum_u sqrt(p_u q_u)`` with p_u = counts / K. Samples outside the image
-        match nothing, so that rho falls as an ellipse leaves it.
+        match no colour, so that rho falls as an ellipse leaves it.
 
     References
     ----------

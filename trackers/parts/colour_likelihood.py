@@ -1,4 +1,4 @@
-"""How likely places in a frame are, given the colours of the target."""
+"""Likelihood of positions in a frame under the colour histogram of the target."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from simbench.trackers.parts.colour_histogram import (
 
 __all__ = ["ColourLikelihood"]
 
-REFERENCE_SAMPLES = 4096  # the first frame is read once, so as good as every pixel
-RING = (1.1, 1.5)  # of the half axes: just outside, where a car is no more
-TINY = 1e-12  # an empty bin is nobody's
-AROUND = (1.1, 2.0)  # of the half axes: what the first box may have cut in
+REFERENCE_SAMPLES = 4096  # used rarely, so dense enough to cover every pixel
+RING = (1.1, 1.5)  # of the half axes: just outside the target
+AROUND = (1.1, 2.0)  # of the half axes: background that the first box may include
+TINY = 1e-12  # avoids division by zero
 
 
 class ColourLikelihood:
     """Likelihood of ellipses under the colour histogram of the first frame.
 
-    It counts what it evaluates: a tracker's particle usage is the difference of
-    `evaluations` over a frame, not what the tracker believes it asked for.
+    It counts its own evaluations: a tracker's particle usage is the difference of
+    `evaluations` over a frame, not a number that the tracker declares.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
         First frame.
     ellipse : (4,) float, px
-        The target there: centre x, y and half axes Hx, Hy.
+        The target in it: centre x, y and half axes Hx, Hy.
     samples : int
-        Places read in an ellipse.
+        Sample points in an ellipse.
     sigma : float
-        Spread of the distance d, eq. 4.
+        Standard deviation of the distance d, eq. 4.
     surround : float
-        Penalty on target colours in a ring just outside the ellipse, above what that
-        ring showed in the first frame; 0 is the likelihood of the paper.
+        Penalty on target colours in a ring just outside the ellipse, relative to that
+        ring in the first frame; 0 is the likelihood of the paper.
     background : float
-        How strongly the reference disowns colours that also lie around the target; 0
-        is the likelihood of the paper.
+        How strongly colours that also surround the target are reduced in the
+        reference; 0 is the likelihood of the paper.
 
     Attributes
     ----------
@@ -60,21 +60,21 @@ class ColourLikelihood:
 
     Notes
     -----
-    Surround and background depart from the paper, whose plain histogram loses a car
-    that recedes. On the scenario ``poles``, seeds 1000 to 1005, a background of 1
+    Surround and background depart from the paper, whose plain histogram loses a
+    receding car. On the scenario ``poles``, seeds 1000 to 1005, a background of 1
     alone took directional-45 from 0.73 to 0.94 in precision and from 0.33 to 0.64 in
     success.
 
-    The ellipse in the first box holds road and shadow beside the car, and a plain
-    histogram follows them as readily. Of a colour that makes up a share q inside and
-    o around, ``q / (q + background * o)`` is how far it can be told to be the
-    target's; the reference holds q times that.
+    The ellipse in the first box includes road and shadow beside the car, and a plain
+    histogram follows them as well. For a colour with share q inside and o around,
+    ``q / (q + background * o)`` is the degree to which it belongs to the target; the
+    reference is q times that, normalised.
 
     A histogram over an ellipse hardly changes when the ellipse shrinks inside a car
-    of one colour, so that the size drifts down by half within a hundred frames and
-    takes the overlap with it. A car cut too small leaves its own colours in the ring,
-    which is what the surround sees. Taken relative to the first frame it leaves the
-    optimum where the first box put it.
+    of one colour, so that the estimated size falls by half within a hundred frames,
+    and with it the overlap. An ellipse that is too small leaves the car's colours in
+    the ring, which the surround penalises. Since the penalty is relative to the first
+    frame, its optimum is the size of the first box.
     """
 
     def __init__(
@@ -94,13 +94,13 @@ class ColourLikelihood:
         self._samples = disc_samples(samples)
         self._ring = ring_samples(max(samples // 4, 1), *RING)
         self._table = bin_table()
-        self.reference = self._own(image, ellipse)
+        self.reference = self._target_shares(image, ellipse)
         self._first_around = float(self._compare(image, ellipse[None], self._ring)[0])
 
     def similarities(
         self, image: NDArray[np.uint8], ellipses: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return how like the target ellipses look, and count them.
+        """Return the similarity of ellipses to the target, and count them.
 
         Parameters
         ----------
@@ -123,8 +123,8 @@ class ColourLikelihood:
     def learn(
         self, image: NDArray[np.uint8], ellipse: NDArray[np.float64], share: float
     ) -> None:
-        """Mix what an ellipse shows now into the reference, by a share in [0, 1]."""
-        self.reference += share * (self._own(image, ellipse) - self.reference)
+        """Blend the colours of an ellipse into the reference, by a share in [0, 1]."""
+        self.reference += share * (self._target_shares(image, ellipse) - self.reference)
 
     def log_weights(self, rho: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return unnormalised log weights, eq. 4 with ``d^2 = 1 - rho`` (eq. 3).
@@ -137,18 +137,15 @@ class ColourLikelihood:
         Returns
         -------
         (N,) float
-            ``(rho - max rho) / (2 sigma^2)``: eq. 4 up to a factor that normalising
-            takes away, with which the best particle cannot underflow.
+            ``(rho - max rho) / (2 sigma^2)``: eq. 4 up to a factor that normalisation
+            removes, and that keeps the best particle from underflow.
         """
-        scaled: NDArray[np.float64] = (rho - rho.max()) / (2.0 * self._sigma**2)
-        return scaled
+        return np.asarray((rho - rho.max()) / (2.0 * self._sigma**2))
 
-    def _own(
-        self,
-        image: NDArray[np.uint8],
-        ellipse: NDArray[np.float64],
+    def _target_shares(
+        self, image: NDArray[np.uint8], ellipse: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the (BINS,) shares of the colours that are the target's own."""
+        """Return the (BINS,) colour shares of the target without its background."""
         inside = self._shares(image, ellipse, disc_samples(REFERENCE_SAMPLES))
         around = self._shares(image, ellipse, ring_samples(REFERENCE_SAMPLES, *AROUND))
         own = inside / np.maximum(inside + self._background * around, TINY)
@@ -158,20 +155,19 @@ class ColourLikelihood:
         self,
         image: NDArray[np.uint8],
         ellipse: NDArray[np.float64],
-        places: NDArray[np.float64],
+        points: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """Return the (BINS,) shares of colours at places about one ellipse."""
+        """Return the (BINS,) colour shares at points relative to one ellipse."""
         counts = np.zeros(BINS, np.int64)
-        histogram(image, self._table, ellipse, places, counts)
+        histogram(image, self._table, ellipse, points, counts)
         return np.asarray(counts / max(int(counts.sum()), 1))
 
     def _compare(
         self,
         image: NDArray[np.uint8],
         ellipses: NDArray[np.float64],
-        places: NDArray[np.float64],
+        points: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        rho: NDArray[np.float64] = similarities(
-            image, self._table, ellipses, places, self.reference
+        return np.asarray(
+            similarities(image, self._table, ellipses, points, self.reference)
         )
-        return rho

@@ -1,4 +1,4 @@
-"""Which way and how fast a target is heading, from one estimate to the next."""
+"""Course: smoothed direction, speed and growth of a target in the image."""
 
 from __future__ import annotations
 
@@ -8,39 +8,39 @@ from dataclasses import dataclass, field
 __all__ = ["Course", "wrap"]
 
 MEDIAN_STEP = math.radians(1.0)  # DPF, eq. 7: the median moves by one degree
-SPEED_GAIN = 0.3  # share of the newest step in the smoothed speed
-GROWTH_GAIN = 0.03  # of the newest change of size: a box's size jitters much more
+SPEED_GAIN = 0.3  # weight of the newest step in the smoothed speed
+GROWTH_GAIN = 0.03  # of the newest change of size, which has much more jitter
 WARM_UP_FRAMES = 3  # a direction from fewer frames is mostly noise
 
 
 def wrap(angle: float) -> float:
-    """Return an angle in rad brought into (-pi, pi].
+    """Return an angle in rad wrapped to (-pi, pi].
 
     Examples
     --------
     >>> round(wrap(math.radians(350.0) - math.radians(10.0)), 4) == -0.3491
     True
     """
-    turned = math.remainder(angle, math.tau)
-    return math.pi if turned == -math.pi else turned
+    wrapped = math.remainder(angle, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped
 
 
 @dataclass(slots=True)
 class Course:
     """Smoothed direction and speed of the estimates so far.
 
-    The course is unknown until the target has moved a share of its own width away
-    from where it was first seen, over at least three frames: what it does before that
-    is mostly the jitter of the estimate.
+    The course is unknown until the target has moved by ``start_px`` from its first
+    position, over at least three frames: displacements before that are mostly the
+    jitter of the estimate.
 
     Parameters
     ----------
     x, y : float, px
         First position.
     start_px : float, px
-        Net displacement from which a direction is known.
+        Net displacement above which a direction is known.
     still_px : float, px
-        Steps shorter than this say nothing about direction.
+        Steps shorter than this do not change the direction.
 
     Attributes
     ----------
@@ -53,17 +53,18 @@ class Course:
 
     Notes
     -----
-    What moves at constant velocity in the world moves in the picture at a speed that
-    goes as the square of its size, and shrinks or grows at a rate that goes as its
-    size: with ``x = f (X + U t) / (Z + W t)`` one has ``dx/dt = f (U Z - X W) / Z^2``,
-    whose bracket is constant, and ``d log(1 / Z) / dt = -W / Z``. Both are carried on
-    like this from frame to frame, hidden or not.
+    A target at constant velocity in the world moves in the image at a speed
+    proportional to the square of its size, and its log size changes at a rate
+    proportional to its size: with ``x = f (X + U t) / (Z + W t)``,
+    ``dx/dt = f (U Z - X W) / Z^2``, whose bracket is constant, and
+    ``d log(1 / Z) / dt = -W / Z``. Both are propagated in this way from frame to frame,
+    also while the target is occluded.
 
     References
     ----------
     Yildirim et al., "direction-based modified particle filter for vehicle tracking",
-    ETRI Journal (DPF), eqs. 6 and 7. The paper does not smooth a speed and does not
-    say when the direction starts.
+    ETRI Journal (DPF), eqs. 6 and 7. The paper does not smooth a speed and does
+    not define when the direction starts.
     """
 
     x: float
@@ -77,11 +78,11 @@ class Course:
 
     @property
     def is_known(self) -> bool:
-        """Whether a direction has been seen."""
+        """Whether a direction is known."""
         return not math.isnan(self.theta)
 
     def advance(self, x: float, y: float, growth: float = 0.0) -> None:
-        """Take in the next position, px, and how much the log of the size grew."""
+        """Update with the next position, px, and the change of the log of the size."""
         self.speed *= math.exp(2.0 * growth)
         self.growth *= math.exp(growth)
         self.growth += GROWTH_GAIN * (growth - self.growth)
@@ -101,6 +102,6 @@ class Course:
         self.x, self.y = x, y
 
     def _turn(self, measured: float) -> None:
-        """Move theta one step of the approximate median towards a measured angle."""
+        """Move theta by one step of the approximate median towards a measured angle."""
         turn = wrap(measured - self.theta)
         self.theta = wrap(self.theta + max(-MEDIAN_STEP, min(MEDIAN_STEP, turn)))

@@ -1,4 +1,4 @@
-"""The cone of directions that a particle must lie in to be measured at all."""
+"""Directional gate: the cone of directions in which particles are measured."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ __all__ = ["forward_mean", "gate_weights"]
 def gate_weights(
     offsets: NDArray[np.float64], theta: float, half_angle: float
 ) -> NDArray[np.float64]:
-    """Return how much of each particle's weight the direction leaves.
+    """Return the factor of the directional gate on each particle's weight.
 
     Parameters
     ----------
     offsets : (N, 2) float, px
-        Particles' centres less the previous estimate.
+        Particles' centres minus the apex of the cone.
     theta : float, rad
         Direction of motion.
     half_angle : float, rad
@@ -47,23 +47,22 @@ def gate_weights(
 
 
 def forward_mean(offset: float, half_angle: float) -> float:
-    """Return the mean advance of a unit cloud once the gate has weighed it.
+    """Return the mean advance of a unit cloud under the gate's weights.
 
-    The cone pushes a cloud forward even where the picture says nothing. For a normal
-    cloud of unit spread whose centre lies ``offset`` ahead, this is the mean of the
-    advance under the gate's weights.
+    The gate moves the mean of a cloud forward even if the likelihood is uniform. The
+    cloud is normal with unit standard deviation and its centre ``offset`` ahead.
 
     Parameters
     ----------
     offset : float
-        Centre of the cloud ahead of the previous estimate, in units of its spread.
+        Distance of the cloud's centre ahead of the apex, in standard deviations.
     half_angle : float, rad
         T.
 
     Returns
     -------
     float
-        Mean advance, in units of the spread.
+        Mean advance, in standard deviations.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""An online extreme learning machine: a random hidden layer, a ridge on top."""
+"""Online extreme learning machine: random hidden layer and ridge regression."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["ExtremeLearningMachine"]
 
 
 class ExtremeLearningMachine:
-    """Regression whose hidden layer is random and whose output is least squares.
+    """Online regression with a random hidden layer and a least-squares output layer.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ class ExtremeLearningMachine:
     ridge : float
         Penalty on the squared output weights.
     memory : float, in (0, 1]
-        Factor on all that was learnt before, at each `learn`.
+        Factor on all earlier samples, at each `learn`.
     rng : numpy.random.Generator
         Source of the hidden layer.
 
@@ -47,7 +47,7 @@ class ExtremeLearningMachine:
         self._output: NDArray[np.float64] = np.zeros(hidden)
 
     def learn(self, inputs: NDArray[np.float32], targets: NDArray[np.float64]) -> None:
-        """Take in (M, inputs) samples and their (M,) targets, and solve again."""
+        """Add (M, inputs) samples with their (M,) targets, and solve again."""
         activations = self._activate(inputs).astype(np.float64)
         self._gram = self._memory * self._gram + activations.T @ activations
         self._moment = self._memory * self._moment + activations.T @ targets
@@ -60,7 +60,4 @@ class ExtremeLearningMachine:
 
     def _activate(self, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the (M, hidden) hidden layer, in (-1, 1)."""
-        activations: NDArray[np.float32] = np.tanh(
-            inputs @ self._weights + self._biases
-        )
-        return activations
+        return np.asarray(np.tanh(inputs @ self._weights + self._biases), np.float32)

@@ -1,4 +1,4 @@
-"""Grey patches of a frame under affine states, all in one look-up."""
+"""Normalised grey patches of a frame under affine states."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 __all__ = ["PATCH_SIDE", "normalised_patches"]
 
 PATCH_SIDE = 32  # px (DSP, section 3.3)
-FLAT = 1.0  # grey levels: norm below which a patch holds nothing
-REMAP_ROWS = 32_000  # cv2.remap takes fewer than 2**15 rows
+MIN_NORM = 1.0  # grey levels: a patch with a smaller norm counts as flat
+REMAP_ROWS = 32_000  # cv2.remap accepts fewer than 2**15 rows
 
 _STEPS = (np.arange(PATCH_SIDE) + 0.5) / PATCH_SIDE - 0.5
 _GRID = np.stack([*np.meshgrid(_STEPS, _STEPS), np.ones((PATCH_SIDE, PATCH_SIDE))])
@@ -19,7 +19,7 @@ _GRID = np.stack([*np.meshgrid(_STEPS, _STEPS), np.ones((PATCH_SIDE, PATCH_SIDE)
 def normalised_patches(
     image: NDArray[np.uint8], states: NDArray[np.float64]
 ) -> NDArray[np.float32]:
-    """Cut the target's patch out of a frame for each of N states.
+    """Return the normalised grey patch of a frame at each of N states.
 
     Parameters
     ----------
@@ -33,31 +33,33 @@ def normalised_patches(
         Grey levels, row by row, of mean 0 and norm 1; all 0 where a patch is flat.
         Outside the image the border is repeated.
     """
-    places = np.einsum("nij,jrc->inrc", states, _GRID)  # (2, N, side, side)
-    low = np.floor(places.min(axis=(1, 2, 3))).astype(int) - 2
-    high = np.ceil(places.max(axis=(1, 2, 3))).astype(int) + 3
+    points = np.einsum("nij,jrc->inrc", states, _GRID)  # (2, N, side, side)
+    low = np.floor(points.min(axis=(1, 2, 3))).astype(int) - 2
+    high = np.ceil(points.max(axis=(1, 2, 3))).astype(int) + 3
     size = np.array([image.shape[1], image.shape[0]])
     low, high = np.clip(low, 0, size - 1), np.clip(high, 1, size)
     high = np.maximum(high, low + 1)
     region = image[low[1] : high[1], low[0] : high[0]]
     grey: NDArray[np.uint8] = cv2.cvtColor(region, cv2.COLOR_RGB2GRAY).astype(np.uint8)
-    grey, factors = _averaged(grey, _pixels_per_sample(states))
-    # Pixel c spans [c, c + 1] for us; for OpenCV its centre is at c.
-    columns = (places[0] - low[0]) * factors[0] - 0.5
-    rows = (places[1] - low[1]) * factors[1] - 0.5
-    patches = _look_up(grey, columns.astype(np.float32), rows.astype(np.float32))
+    grey, factors = _downsampled(grey, states)
+    # Here pixel c spans [c, c + 1]; for OpenCV its centre is at c.
+    columns = (points[0] - low[0]) * factors[0] - 0.5
+    rows = (points[1] - low[1]) * factors[1] - 0.5
+    patches = _interpolated(grey, columns.astype(np.float32), rows.astype(np.float32))
     patches -= patches.mean(axis=1, keepdims=True)
     norms = np.linalg.norm(patches, axis=1, keepdims=True)
-    return (patches / np.where(norms < FLAT, np.inf, norms)).astype(np.float32)
+    return (patches / np.where(norms < MIN_NORM, np.inf, norms)).astype(np.float32)
 
 
-def _averaged(
-    grey: NDArray[np.uint8], pixels_per_sample: float
+def _downsampled(
+    grey: NDArray[np.uint8], states: NDArray[np.float64]
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-    """Shrink a picture so that a pixel is what a sample stands for, against aliasing.
+    """Shrink an image to about one pixel per patch sample, against aliasing.
 
-    Returns the picture and its new size over its old one, x and y.
+    Returns the image and the (2,) ratios of its new size to its old size, x and y.
     """
+    sides = np.hypot(states[:, 0, :2], states[:, 1, :2])  # (N, 2) px
+    pixels_per_sample = float(np.median(sides.min(axis=1)) / PATCH_SIDE)
     if pixels_per_sample <= 1.0:
         return grey, np.ones(2)
     extent = np.array([grey.shape[1], grey.shape[0]])
@@ -66,16 +68,10 @@ def _averaged(
     return shrunk.astype(np.uint8), smaller / extent
 
 
-def _pixels_per_sample(states: NDArray[np.float64]) -> float:
-    """Return how many pixels of the frame the finest sample of a patch stands for."""
-    sides = np.hypot(states[:, 0, :2], states[:, 1, :2])  # (N, 2) px
-    return float(np.median(sides.min(axis=1)) / PATCH_SIDE)
-
-
-def _look_up(
+def _interpolated(
     grey: NDArray[np.uint8], columns: NDArray[np.float32], rows: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return (N, side^2) interpolated grey levels at (N, side, side) places."""
+    """Return (N, side^2) interpolated grey levels at (N, side, side) points."""
     count = len(columns)
     columns, rows = columns.reshape(-1, PATCH_SIDE), rows.reshape(-1, PATCH_SIDE)
     parts = [

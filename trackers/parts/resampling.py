@@ -1,4 +1,4 @@
-"""Resampling: from normalised weights to the ancestors of the next generation."""
+"""Resampling: ancestor indices from normalised weights."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ __all__ = ["systematic"]
 def systematic(
     weights: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.intp]:
-    """Draw ancestor indices with one uniform offset shared by N even strata.
+    """Sample ancestor indices with one uniform offset shared by N even strata.
 
     Parameters
     ----------
     weights : (N,) float
         Normalised weights: non-negative, summing to 1.
     rng : numpy.random.Generator
-        Source of the single uniform draw.
+        Source of the single uniform number.
 
     Returns
     -------
     (N,) int
-        Ancestor indices, in ascending order. Index ``n`` comes up either
-        ``floor(N * weights[n])`` or one more time.
+        Ancestor indices, in ascending order. Index ``n`` occurs either
+        ``floor(N * weights[n])`` times or once more.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def systematic(
         raise ValueError(f"weights must be >= 0 and sum to 1, got sum {edges[-1]}")
     count = len(weights)
     positions = (rng.random() + np.arange(count)) / count
-    # Round-off must not leave the last position above every edge, nor give it to a
-    # particle of no weight behind the last that has some.
+    # Round-off must not leave the last position above every edge, nor assign it to a
+    # particle of zero weight.
     edges[np.flatnonzero(weights)[-1] :] = 1.0
     return np.searchsorted(edges, positions, side="right")

@@ -11,25 +11,25 @@ from simbench.trackers.parts.affine_group import compose, exp, inverse, log
 
 __all__ = ["Swarm"]
 
-# Bounds on one step, by mode E1 to E6: without them the attraction, which overshoots
-# by up to c1 + c2, tears shapes apart before the swarm has contracted.
-LARGEST_STEP = np.array([0.3, 0.1, 0.1, 0.05, 2.0, 2.0])
+# Limits of one step, by mode E1 to E6: without them the attraction, which overshoots
+# by up to c1 + c2, deforms the shapes before the swarm has contracted.
+MAX_STEP = np.array([0.3, 0.1, 0.1, 0.05, 2.0, 2.0])
 
 
 @dataclass(slots=True)
 class Swarm:
-    """N particles with what they remember, and one step of all of them.
+    """The states, best states and velocities of N particles.
 
     Attributes
     ----------
     states : (N, 2, 3) float, px
-        Where the particles are.
+        Current states.
     best_states : (N, 2, 3) float, px
-        Where each has been most confident.
+        State at which each particle had its highest confidence.
     best_confidences : (N,) float, in [0, 1]
-        How confident it was there.
+        Confidence at ``best_states``.
     velocities : (N, 6) float
-        Last step of each, in the Lie algebra.
+        Last step of each particle, in the Lie algebra.
     """
 
     states: NDArray[np.float64]
@@ -41,27 +41,27 @@ class Swarm:
     def start(
         cls, states: NDArray[np.float64], confidences: NDArray[np.float64]
     ) -> Swarm:
-        """Start at rest from measured states."""
+        """Make a swarm at rest from states and their (N,) confidences."""
         return cls(states, states.copy(), confidences, np.zeros((len(states), 6)))
 
     @property
     def best(self) -> NDArray[np.float64]:
-        """The best state any particle has seen, (2, 3) px."""
+        """The best state of all particles so far, (2, 3) px."""
         state: NDArray[np.float64] = self.best_states[self.best_confidences.argmax()]
         return state
 
     @property
     def best_confidence(self) -> float:
-        """How confident it was there."""
+        """Confidence of the best state."""
         return float(self.best_confidences.max())
 
     def move(
         self, *, inertia: float, own: float, common: float, rng: np.random.Generator
     ) -> None:
-        """Draw every particle towards its own best and the swarm's best.
+        """Move every particle towards its own best state and the swarm's best.
 
         ``v <- K (v + c1 e1 log(X^-1 P) + c2 e2 log(X^-1 G))``, ``X <- X exp(v)``,
-        with e1 and e2 uniform in [0, 1], one each a particle.
+        with e1 and e2 uniform in [0, 1], one of each per particle.
 
         References
         ----------
@@ -69,18 +69,18 @@ class Swarm:
         tracking", ETRI Journal 2020 (DSP), eqs. 5 and 6, read in the Lie algebra:
         as printed they add and multiply group elements.
         """
-        back = inverse(self.states)
-        draws = rng.random((2, len(self.states), 1))
-        pull = own * draws[0] * log(compose(back, self.best_states))
-        pull += common * draws[1] * log(compose(back, self.best))
-        steps = inertia * (self.velocities + pull)
-        # A half turn away there is no logarithm; such a particle stays where it is.
+        inverses = inverse(self.states)
+        samples = rng.random((2, len(self.states), 1))
+        attraction = own * samples[0] * log(compose(inverses, self.best_states))
+        attraction += common * samples[1] * log(compose(inverses, self.best))
+        steps = inertia * (self.velocities + attraction)
+        # A half turn has no real logarithm; such a particle does not move.
         steps = np.nan_to_num(steps, nan=0.0)
-        self.velocities = np.clip(steps, -LARGEST_STEP, LARGEST_STEP)
+        self.velocities = np.clip(steps, -MAX_STEP, MAX_STEP)
         self.states = compose(self.states, exp(self.velocities))
 
     def remember(self, confidences: NDArray[np.float64]) -> None:
-        """Take in the (N,) confidences of the present states."""
+        """Update the best states with the (N,) confidences of the current states."""
         better = confidences > self.best_confidences
         self.best_states[better] = self.states[better]
         self.best_confidences[better] = confidences[better]

@@ -1,4 +1,4 @@
-"""The layout of GOT-10k, with what the VOT toolkit wants in the same folder.
+"""The layout of GOT-10k, with the files of the VOT toolkit in the same folder.
 
 ::
 
@@ -11,22 +11,23 @@
     val/NAME/meta_info.ini
     val/NAME/{sequence,*.tag,*.value}    see `simbench.datasets.formats.vot`
 
-Boxes are amodal and not cut at the image, as in our truth and as our measures want
-them; got10k itself cuts both boxes to the image before it scores. It scores frames with
-a cover above 0 only, so not those where the target is hidden wholly, which our measures
-count. An absent target is ``0,0,0,0``.
+Boxes are amodal and not clipped to the image, as in our truth; got10k itself clips both
+boxes before it scores. It scores only frames with a cover above 0, so not those where
+the target is fully hidden, which our measures count. An absent target is ``0,0,0,0``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.files import (
+    Entries,
+    IndexFiles,
+    SplitLayout,
     frame_rate_hz,
+    name_lines,
     write_pictures,
     write_text,
     writing_below,
@@ -37,18 +38,10 @@ from simbench.datasets.formats.vot import write_descriptions
 __all__ = ["Got10k"]
 
 
-@dataclass(frozen=True, slots=True)
-class Got10k:
-    """Sequences as GOT-10k stores them; see the module.
+class Got10k(SplitLayout):
+    """Sequences as GOT-10k stores them; see the module. got10k scores ``val`` only."""
 
-    Attributes
-    ----------
-    split : str
-        ``train``, ``val`` or ``test``. got10k scores ``val`` only.
-    """
-
-    split: str = "val"
-    name: ClassVar[str] = "got10k"
+    name = "got10k"
 
     def write(self, sequence: Sequence, name: str, root: Path) -> dict[str, Any]:
         """Write one sequence, see `simbench.datasets.formats.Format`."""
@@ -71,11 +64,9 @@ class Got10k:
             write_text(folder / "meta_info.ini", _meta_text(sequence, rate, duration))
         return {"name": name}
 
-    def index(
-        self, entries: Iterable[Mapping[str, Any]]
-    ) -> Iterator[tuple[str, Iterable[str]]]:
+    def index(self, entries: Entries) -> IndexFiles:
         """Yield the list of sequences."""
-        yield f"{self.split}/list.txt", (f"{entry['name']}\n" for entry in entries)
+        yield f"{self.split}/list.txt", name_lines(entries)
 
 
 def _meta_text(sequence: Sequence, rate_hz: float, duration_s: float) -> str:

@@ -1,7 +1,7 @@
-"""The truth about the target as columns of text, one line a frame.
+"""Ground truth of the target as columns of text, one line a frame.
 
-What GOT-10k and the VOT toolkit ask for beside the boxes: how much of the target is to
-be seen, where it is absent or cut, and where trackers may be started.
+GOT-10k and the VOT toolkit require these beside the boxes: visibility, absence, and
+where a tracker may be started.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _LEVELS: Final = 8
 """Levels of GOT-10k's cover label above 0."""
 _ANCHOR_SPACING: Final = 50
 """Frames between anchors, as in VOT2020."""
-_PLAIN_VIEW: Final = 0.7
+_MIN_VISIBLE: Final = 0.7
 """Least visible fraction where a tracker may be started."""
 
 
@@ -35,9 +35,9 @@ def box_lines(boxes: NDArray[np.float64]) -> str:
     Returns
     -------
     str
-        To a ten-thousandth of a pixel. Absent is ``0,0,0,0``: a box without area is
-        what the VOT toolkit takes for known to be absent, and what trackers' loaders
-        call invalid; NaN would end in their sums.
+        To a ten-thousandth of a pixel. Absent is ``0,0,0,0``: the VOT toolkit takes a
+        box without area as known to be absent and trackers' loaders as invalid, whereas
+        NaN would spread into their sums.
     """
     rows = np.nan_to_num(boxes, nan=0.0).tolist()
     # 0.0 added: a box at -0.00001 must not read -0.0000
@@ -52,7 +52,7 @@ def column(values: Iterable[object]) -> str:
 
 
 def cover(truth: Truth) -> NDArray[np.int64]:
-    """Return GOT-10k's cover label: how much of the target is to be seen, in eighths.
+    """Return GOT-10k's cover label: the visible fraction of the target in eighths.
 
     Parameters
     ----------
@@ -61,28 +61,27 @@ def cover(truth: Truth) -> NDArray[np.int64]:
     Returns
     -------
     (T,) int, in [0, 8]
-        The visible fraction in eighths, rounded up: 0 only where nothing is visible,
-        8 above seven eighths, so that hair-thin covers do not count. 8 where the
-        fraction is unknown and the target is there.
+        Rounded up: 0 only where nothing is visible, 8 above seven eighths, so that
+        hair-thin occluders do not count. 8 where the fraction is unknown and the target
+        is not absent.
 
     References
     ----------
     Huang, Zhao, Huang (2021), "GOT-10k: a large high-diversity benchmark for generic
     object tracking in the wild", IEEE TPAMI 43(5), which names the levels but not
-    where they end.
+    their bounds.
     """
-    share = np.where(np.isnan(truth.visible_fraction), 1.0, truth.visible_fraction)
-    levels = np.ceil(_LEVELS * share).astype(np.int64)
+    levels = np.ceil(_LEVELS * _visible_fraction(truth)).astype(np.int64)
     return np.where(truth.absent, 0, levels)
 
 
 def occluded(truth: Truth) -> NDArray[np.bool_]:
-    """Return where the target is there, but covered by an eighth or more, (T,) bool."""
+    """Return where an eighth or more of a target that is not absent is hidden, (T,)."""
     return ~truth.absent & (cover(truth) < _LEVELS)
 
 
 def anchors(truth: Truth) -> NDArray[np.int64]:
-    """Return where the multi-start experiment of VOT may start a tracker, and whither.
+    """Return in which frames, and directions, VOT's multi-start may start a tracker.
 
     Parameters
     ----------
@@ -91,22 +90,27 @@ def anchors(truth: Truth) -> NDArray[np.int64]:
     Returns
     -------
     (T,) int
-        0 for no anchor, 1 for one from which more frames follow than went before, -1
-        for the others, from which the sequence is run backwards. Anchors are the first
-        frame, the last, and every 50th between, where the target is whole in the
-        picture and in plain view; the first always is.
+        0 for no anchor, 1 for an anchor in the first half of the sequence, -1 for one
+        in the second, from which the sequence is run backwards. Anchors are the first
+        frame, the last, and every 50th between, where the image does not cut the target
+        and at least 70 % of it is visible; the first frame always is one.
 
     References
     ----------
     Kristan et al. (2020), "The eighth visual object tracking VOT2020 challenge
-    results", ECCV workshops, which also moves anchors by hand to where a target shows.
+    results", ECCV workshops, which also moves anchors by hand to visible targets.
     """
     count = len(truth.absent)
-    share = np.where(np.isnan(truth.visible_fraction), 1.0, truth.visible_fraction)
-    fit = ~truth.absent & ~truth.cut_by_image & (share >= _PLAIN_VIEW)
+    is_visible = _visible_fraction(truth) >= _MIN_VISIBLE
+    fit = ~truth.absent & ~truth.cut_by_image & is_visible
     fit[:1] = True
     chosen = np.zeros(count, np.int64)
     for frame in {*range(0, count, _ANCHOR_SPACING), count - 1}:
         if fit[frame]:
             chosen[frame] = 1 if 2 * frame < count else -1
     return chosen
+
+
+def _visible_fraction(truth: Truth) -> NDArray[np.float64]:
+    """Return the visible fraction, 1 where it is unknown."""
+    return np.where(np.isnan(truth.visible_fraction), 1.0, truth.visible_fraction)

@@ -1,13 +1,14 @@
-"""Instance masks as the layouts want them: runs down the columns, tight boxes, labels.
+"""Instance masks in the forms that layouts require: run lengths, boxes, label images.
 
-Our masks run along the rows; those of COCO and of what came after it run down the
-columns.
+Our masks are encoded row by row; those of COCO and its successors column by column.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from typing import Any, Final, get_args
+import struct
+import zlib
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +16,11 @@ from numpy.typing import NDArray
 from simbench.core.errors import DatasetError
 from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence, VehicleTruth
-from simbench.core.trajectories import Vehicle, VehicleClass
 
 __all__ = [
-    "INFO",
     "TARGET_NAME",
-    "categories",
+    "indexed_png",
     "label_image",
-    "number_of_class",
     "segmentation",
     "tight_box",
     "vehicles_with_masks",
@@ -30,31 +28,6 @@ __all__ = [
 
 TARGET_NAME: Final = "target"
 """Name of the target among the vehicles."""
-
-INFO: Final = {"description": "vehicles filmed by simbench"}
-"""What stands first in COCO's files: older pycocotools fail without it."""
-
-_CLASSES: Final[tuple[str, ...]] = get_args(VehicleClass)
-
-
-def number_of_class(vehicle: Vehicle) -> int:
-    """Return the number of a vehicle's class: the same, from 1, in every data set."""
-    return _CLASSES.index(vehicle.vehicle_class) + 1
-
-
-def categories(seen: Collection[int]) -> Iterator[dict[str, Any]]:
-    """Yield COCO's description of the classes with those numbers.
-
-    Parameters
-    ----------
-    seen : collection of int
-        Looked at when the first is asked for, not before. A class that nothing belongs
-        to must not be told: toolkits average their scores over all classes named.
-    """
-    for number in sorted(seen):
-        name = _CLASSES[number - 1]
-        group = "object" if name == "ball" else "vehicle"
-        yield {"id": number, "name": name, "supercategory": group}
 
 
 def vehicles_with_masks(sequence: Sequence, layout: str) -> VehicleTruth:
@@ -68,7 +41,7 @@ def vehicles_with_masks(sequence: Sequence, layout: str) -> VehicleTruth:
     vehicles = sequence.truth.vehicles
     if vehicles is None or len(vehicles.masks) != len(sequence):
         raise DatasetError(
-            f"format {layout}: {sequence.name}: wanted an instance mask of every "
+            f"format {layout}: {sequence.name}: expected an instance mask of every "
             "vehicle, this sequence has none"
         )
     return vehicles
@@ -80,9 +53,9 @@ def segmentation(mask: Mask) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``size``: height and width; ``counts``: lengths of alternating runs down the
-        columns, the first of zeros. The uncompressed form is the one that every reader
-        takes, TrackEval's included.
+        ``size``: height and width; ``counts``: lengths of alternating runs in
+        column-major order, the first of zeros. Every reader accepts the uncompressed
+        form, TrackEval's included.
 
     Examples
     --------
@@ -110,22 +83,68 @@ def tight_box(mask: Mask) -> list[int]:
 def label_image(
     masks: Mapping[int, Mask], labels: Mapping[int, int], height: int, width: int
 ) -> NDArray[np.uint8]:
-    """Return an image whose values say what each pixel shows.
+    """Return an image whose values are the labels of the masks.
 
     Parameters
     ----------
     masks : mapping from id to Mask
         They do not overlap.
     labels : mapping from id to int, in [1, 254]
-        Value for the pixels of each.
+        Value of the pixels of each.
     height, width : int, px
 
     Returns
     -------
     (H, W) uint8
-        0 where there is none of them.
+        0 outside all masks.
     """
     image = np.zeros((height, width), np.uint8)
     for identity, mask in masks.items():
         image[mask.to_array()] = labels[identity]
     return image
+
+
+def indexed_png(image: NDArray[np.uint8]) -> bytes:
+    """Return an image of object numbers as a PNG file with the palette of DAVIS.
+
+    Parameters
+    ----------
+    image : (H, W) uint8
+
+    Returns
+    -------
+    bytes
+        Decoding the indices gives the values back; viewers show the colours that DAVIS
+        and PASCAL VOC give to their objects. OpenCV writes no palettes.
+
+    References
+    ----------
+    PNG specification, third edition (W3C 2025), sections 5 and 11.
+    """
+    height, width = image.shape
+    header = struct.pack(">IIBBBBB", width, height, 8, 3, 0, 0, 0)
+    rows = np.zeros((height, width + 1), np.uint8)  # column 0: no filter
+    rows[:, 1:] = image
+    chunks = [
+        (b"IHDR", header),
+        (b"PLTE", _palette().tobytes()),
+        (b"IDAT", zlib.compress(rows.tobytes(), 6)),
+        (b"IEND", b""),
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*chunk) for chunk in chunks)
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    check = struct.pack(">I", zlib.crc32(kind + content))
+    return struct.pack(">I", len(content)) + kind + content + check
+
+
+def _palette() -> NDArray[np.uint8]:
+    """Return PASCAL VOC's colours, (256, 3): r, g and b take every third bit."""
+    number = np.arange(256)
+    colours = np.zeros((256, 3), np.uint8)
+    for place in range(8):
+        for channel in range(3):
+            bit = number >> (3 * place + channel) & 1
+            colours[:, channel] |= (bit << (7 - place)).astype(np.uint8)
+    return colours

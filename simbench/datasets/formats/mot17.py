@@ -6,20 +6,21 @@
     MOT17-train/NAME/seqinfo.ini
     MOT17-train/NAME/img1/000001.jpg    1-based; PNG bytes, nothing is lost
     MOT17-train/NAME/gt/gt.txt          frame,id,left,top,width,height,1,1,visibility
-    MOT17-train/NAME/gt/vehicles.csv    what the vehicle of each id really is
+    MOT17-train/NAME/gt/vehicles.csv    class, size and colour of the vehicle of each id
 
-MOT17 is about pedestrians: its readers score class 1 only and refuse classes they do
-not know, so every vehicle is written as class 1. Boxes are amodal and not cut at the
-image, as in MOT17; left and top count from 1, as the benchmark's text wants it, so they
-stand one higher than in our truth. A vehicle has a row in every frame from the first to
+MOT17 is about pedestrians: its readers score class 1 only and refuse unknown classes,
+so every vehicle is written as class 1. Boxes are amodal and not clipped to the image,
+as in MOT17; left and top count from 1, as the benchmark's description requires, so they
+are one higher than in our truth. A vehicle has a row in every frame from the first to
 the last in which any of it is visible, hidden ones between included, as long as its box
-meets the image; its id is the one it has in our truth.
+meets the image; its id is that of our truth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -29,8 +30,12 @@ from numpy.typing import NDArray
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence, VehicleTruth
 from simbench.datasets.formats.files import (
-    csv_row,
+    Entries,
+    IndexFiles,
+    SplitLayout,
+    csv_lines,
     frame_rate_hz,
+    name_lines,
     write_pictures,
     write_text,
     writing_below,
@@ -39,14 +44,11 @@ from simbench.datasets.formats.files import (
 __all__ = ["Mot17"]
 
 
-@dataclass(frozen=True, slots=True)
-class Mot17:
+@dataclass(frozen=True)
+class Mot17(SplitLayout):
     """Sequences as MOT17 stores them; see the module.
 
-    Attributes
-    ----------
-    split : str
-        ``train``, ``val`` or ``test``; TrackEval scores ``train`` when nothing is said.
+    TrackEval scores the split ``train`` by default.
     """
 
     split: str = "train"
@@ -57,8 +59,8 @@ class Mot17:
         vehicles = sequence.truth.vehicles
         if vehicles is None:
             raise DatasetError(
-                f"format mot17: {sequence.name}: wanted the truth about every vehicle, "
-                "this sequence has that of its target only"
+                f"format mot17: {sequence.name}: expected the truth about every "
+                "vehicle, this sequence has that of its target only"
             )
         folder = root / f"MOT17-{self.split}" / name
         with writing_below(root):
@@ -69,20 +71,14 @@ class Mot17:
             write_text(folder / "seqinfo.ini", _sequence_text(sequence, name, rate))
             rows = "".join(_truth_rows(vehicles))
             write_text(folder / "gt" / "gt.txt", rows)
-            write_text(folder / "gt" / "vehicles.csv", _vehicles_text(vehicles))
+            table = "".join(csv_lines(_vehicle_rows(vehicles)))
+            write_text(folder / "gt" / "vehicles.csv", table)
         return {"name": name}
 
-    def index(
-        self, entries: Iterable[Mapping[str, Any]]
-    ) -> Iterator[tuple[str, Iterable[str]]]:
+    def index(self, entries: Entries) -> IndexFiles:
         """Yield the list of sequences."""
-        yield f"seqmaps/MOT17-{self.split}.txt", _names(entries)
-
-
-def _names(entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    yield "name\n"
-    for entry in entries:
-        yield f"{entry['name']}\n"
+        lines = chain(["name\n"], name_lines(entries))
+        yield f"seqmaps/MOT17-{self.split}.txt", lines
 
 
 def _sequence_text(sequence: Sequence, name: str, rate_hz: float) -> str:
@@ -122,11 +118,9 @@ def _visibility(vehicles: VehicleTruth) -> NDArray[np.float64]:
     return seen if shares is None else np.where(np.isnan(shares), seen, shares)
 
 
-def _vehicles_text(vehicles: VehicleTruth) -> str:
-    head = ("id", "name", "class", "length_m", "width_m", "height_m", "colour")
-    rows = [csv_row(*head)]
+def _vehicle_rows(vehicles: VehicleTruth) -> Iterator[tuple[Any, ...]]:
+    yield "id", "name", "class", "length_m", "width_m", "height_m", "colour"
     for identity, v in zip(vehicles.ids.tolist(), vehicles.vehicles, strict=True):
         colour = "#{:02x}{:02x}{:02x}".format(*v.colour)
         size = (f"{extent:.3f}" for extent in (v.length, v.width, v.height))
-        rows.append(csv_row(identity, v.name, v.vehicle_class, *size, colour))
-    return "".join(rows)
+        yield identity, v.name, v.vehicle_class, *size, colour

@@ -1,4 +1,4 @@
-"""The bench's own layout as one to write data sets in: nothing is lost.
+"""The native layout of data sets, which keeps every part of a sequence.
 
 ::
 
@@ -8,13 +8,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from simbench.core.sequence import Sequence
-from simbench.datasets.formats.files import write_pictures, writing_below
+from simbench.datasets.formats.files import (
+    Entries,
+    IndexFiles,
+    name_lines,
+    write_pictures,
+    writing_below,
+)
 from simbench.datasets.frames import FrameFolder, frame_path
 from simbench.datasets.native import write_sequence
 
@@ -34,8 +39,6 @@ class Native:
         write_sequence(folder, replace(sequence, frames=FrameFolder(folder, times)))
         return {"name": name}
 
-    def index(
-        self, entries: Iterable[Mapping[str, Any]]
-    ) -> Iterator[tuple[str, Iterable[str]]]:
+    def index(self, entries: Entries) -> IndexFiles:
         """Yield the list of sequences."""
-        yield "list.txt", (f"{entry['name']}\n" for entry in entries)
+        yield "list.txt", name_lines(entries)

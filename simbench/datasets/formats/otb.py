@@ -4,27 +4,30 @@
 
     NAME/img/0001.jpg              1-based, to 9999; PNG bytes, nothing is lost
     NAME/groundtruth_rect.txt      left,top,width,height
-    names.csv                      which scenario and seed each name stands for
+    names.csv                      scenario and seed of each name
 
-Its readers take no other names than those of its 100 sequences, so ours borrow them,
-those with vehicles in the picture first. Left out are the names that got10k or the VOT
-toolkit trim to fixed frames or spell differently. Boxes are amodal, not cut at the
-image, and count from 0, since the readers hand them to trackers as they stand. The
-layout has no word for an absent target: its box is ``0,0,0,0``, which no tracker can
-overlap, so those frames count as misses in success curves.
+Its readers accept only the names of its 100 sequences, so ours borrow them, those that
+show vehicles first. Left out are the names that got10k or the VOT toolkit trim to fixed
+frames or spell differently. Boxes are amodal, not clipped to the image, and count from
+0, since the readers pass them to trackers unchanged. The layout cannot mark an absent
+target: its box is ``0,0,0,0``, which no tracker can overlap, so those frames count as
+misses in success curves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.files import (
-    csv_row,
-    require_anew,
+    Entries,
+    IndexFiles,
+    csv_lines,
+    name_lines,
+    refuse_iterator,
     write_pictures,
     write_text,
     writing_below,
@@ -51,7 +54,7 @@ _MOST_FRAMES: Final = 9_999  # whose names have four digits, as readers sort the
 
 
 def alias(position: int) -> str:
-    """Return the name that the sequence in that 0-based place gets.
+    """Return the name of the sequence at a 0-based position.
 
     Raises
     ------
@@ -66,7 +69,7 @@ def alias(position: int) -> str:
     if position >= len(NAMES):
         raise DatasetError(
             f"format otb: its readers skip all but {len(NAMES)} names, so a data set "
-            f"holds at most {len(NAMES)} sequences: take format got10k for more"
+            f"holds at most {len(NAMES)} sequences: use format got10k for more"
         )
     return NAMES[position]
 
@@ -86,14 +89,14 @@ class Otb:
         """
         if name not in NAMES:
             raise DatasetError(
-                f"format otb: its readers would skip {name!r} without a word: the name "
-                f"must be one of {len(NAMES)} names of that benchmark, such as "
-                f"{NAMES[0]!r}"
+                f"format otb: its readers would silently skip {name!r}: the name must "
+                f"be one of {len(NAMES)} names of that benchmark, such as {NAMES[0]!r}"
             )
         if len(sequence) > _MOST_FRAMES:
             raise DatasetError(
-                f"format otb: wanted at most {_MOST_FRAMES} frames, the names of its "
-                f"pictures have four digits, got {len(sequence)} in {sequence.name}"
+                f"format otb: expected at most {_MOST_FRAMES} frames, since the names "
+                f"of its pictures have four digits, got {len(sequence)} in "
+                f"{sequence.name}"
             )
         folder = root / name
         with writing_below(root):
@@ -104,17 +107,10 @@ class Otb:
             write_text(folder / "groundtruth_rect.txt", rows)
         return {"name": name, "scenario": sequence.name, "seed": sequence.seed}
 
-    def index(
-        self, entries: Iterable[Mapping[str, Any]]
-    ) -> Iterator[tuple[str, Iterable[str]]]:
-        """Yield the map of names, and the list that the VOT toolkit asks for."""
-        require_anew(entries)
-        yield "names.csv", _name_rows(entries)
-        yield "list.txt", (f"{entry['name']}\n" for entry in entries)
-
-
-def _name_rows(entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    columns = ("name", "scenario", "seed")
-    yield csv_row(*columns)
-    for entry in entries:
-        yield csv_row(*(entry[column] for column in columns))
+    def index(self, entries: Entries) -> IndexFiles:
+        """Yield the map of names, and the list that the VOT toolkit reads."""
+        refuse_iterator(entries)
+        columns = ("name", "scenario", "seed")
+        rows = ([entry[column] for column in columns] for entry in entries)
+        yield "names.csv", csv_lines(chain([columns], rows))
+        yield "list.txt", name_lines(entries)

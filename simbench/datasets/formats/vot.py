@@ -10,22 +10,25 @@
     sequences/NAME/*.value               a number a line: anchor, displacement (px),
                                          visibility (0..1); nan where unknown
 
-Boxes are amodal and not cut at the image, in continuous pixels from the outer corner
-of the image, as they stand in our truth. The toolkit rasters boxes, so its overlaps
-differ from ours by what rounding to pixels does. An absent target is a box without
-area, which the toolkit takes for known to be absent: an analysis with
-``ignore_invisible`` leaves those frames out, as our own measures do.
+Boxes are amodal and not clipped to the image, in continuous pixels from the outer
+corner of the image, as in our truth. The toolkit rasterises boxes, so its overlaps
+differ from ours by the rounding to pixels. An absent target is a box without area,
+which the toolkit takes as known to be absent: an analysis with ``ignore_invisible``
+leaves those frames out, as our own measures do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.files import (
+    Entries,
+    IndexFiles,
     frame_rate_hz,
+    name_lines,
     write_pictures,
     write_text,
     writing_below,
@@ -55,27 +58,25 @@ class Vot:
             write_text(folder / "cut_by_image.tag", column(cut))
         return {"name": name}
 
-    def index(
-        self, entries: Iterable[Mapping[str, Any]]
-    ) -> Iterator[tuple[str, Iterable[str]]]:
+    def index(self, entries: Entries) -> IndexFiles:
         """Yield the list of sequences."""
-        yield "sequences/list.txt", (f"{entry['name']}\n" for entry in entries)
+        yield "sequences/list.txt", name_lines(entries)
 
 
 def write_descriptions(
     folder: Path, sequence: Sequence, name: str, pattern: str, rate_hz: float
 ) -> None:
-    """Write what the toolkit reads beside the pictures, in GOT-10k folders too.
+    """Write the files beside the pictures that the toolkit reads, of GOT-10k too.
 
     Parameters
     ----------
     folder : Path
-        Of the sequence.
+        Folder of the sequence.
     sequence : Sequence
     name : str
-        Of the sequence in the data set.
+        Name of the sequence in the data set.
     pattern : str
-        Of the picture files, for example ``color/%08d.png``.
+        Path of the pictures, for example ``color/%08d.png``.
     rate_hz : float, 1/s
         Rounded for the toolkit, which reads whole numbers only.
     """

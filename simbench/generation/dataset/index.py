@@ -1,4 +1,4 @@
-"""The files of a data set that speak of all its sequences."""
+"""Files of a data set that describe all its sequences: layout index and card."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["index_files"]
 
 
 def index_files(
-    store: Store, record: Mapping[str, Any]
+    store: Store, manifest: Mapping[str, Any]
 ) -> Iterator[tuple[str, Iterable[str]]]:
-    """Yield the files over all sequences, of whichever production.
+    """Yield the files that describe all sequences, of whichever production.
 
     Parameters
     ----------
     store : Store
-    record : mapping
-        What ``dataset.json`` says.
+    manifest : mapping
+        Content of ``dataset.json``.
 
     Yields
     ------
@@ -32,15 +32,15 @@ def index_files(
     chunks : iterable of str
         Its text.
     """
-    layout = find_format(record["format"], record["split"] or None)
+    layout = find_format(manifest["format"], manifest["split"] or None)
     yield from layout.index(Entries(store, "layout"))
     summaries = Entries(store, "summary")
     if len(summaries):
-        commands = dict.fromkeys(one["command"] for one in record["productions"])
+        commands = dict.fromkeys(one["command"] for one in manifest["productions"])
         facts = {
             "command": "\n".join(commands),
-            "format": record["format"],
-            "licence": record.get("licence", ""),
+            "format": manifest["format"],
+            "licence": manifest.get("licence", ""),
         }
         text, content = card(summaries, facts)
         yield "CARD.md", [text]

@@ -1,19 +1,19 @@
-"""One sequence of a data set: filmed, written in a layout, brought to its place.
+"""Generate one sequence of a data set, write it in a layout and deliver it.
 
 What a data set holds beside its layout::
 
-    CARD.md, card.json          what is in it, see `simbench.datasets.card`
+    CARD.md, card.json          contents, see `simbench.datasets.card`
     dataset.json                what was requested, see
                                 `simbench.generation.dataset.manifest`
-    entries/NAME.KEY.json       one a finished sequence: scenario, seed, digests, files
-    entries/NAME.KEY.part       the folders of one that is on its way
+    entries/NAME.KEY.json       a finished sequence: scenario, seed, digests, files
+    entries/NAME.KEY.part       the folders of one that is being delivered
     truth/NAME/                 the full truth, see `simbench.datasets.truth_tables`
-    channels/NAME/              depth and flow if asked for, see
+    channels/NAME/              depth and flow where requested, see
                                 `simbench.datasets.channels`
 
-KEY is a digest of all that makes the sequence, code included. An entry is written after
-the files it speaks of: a sequence with an entry is whole. One that was made otherwise
-stays until the one that takes its place is on its way.
+KEY is a digest of all that decides the files, code included. An entry is written after
+the files that it lists: a sequence with an entry is complete. An outdated sequence is
+kept until the delivery of its replacement begins.
 """
 
 from __future__ import annotations
@@ -29,8 +29,7 @@ from typing import Any, Literal
 
 import cv2
 
-from simbench.core.errors import SimbenchError
-from simbench.core.one_line import one_line
+from simbench.core.errors import SimbenchError, one_line
 from simbench.datasets.card import summary_of
 from simbench.datasets.channels import write_channels
 from simbench.datasets.formats import find_format
@@ -40,48 +39,45 @@ from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
 __all__ = [
-    "CHANNELS",
     "ENTRIES",
-    "TRUTH",
     "Result",
     "SequenceJob",
     "deliver",
+    "make_sequence",
     "own_folders",
-    "produce",
+    "put_json",
+    "put_text",
 ]
 
 ENTRIES = "entries"
-TRUTH = "truth"
-CHANNELS = "channels"
-Result = Literal["made", "lost", "stop"]
+Result = Literal["made", "failed", "stop"]
 
-_OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO}
-_STEPS = 1000  # that progress is told in, however many frames there are
+_DISK_FAULTS = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO}
 
 
 @dataclass(frozen=True, slots=True)
 class SequenceJob:
-    """One sequence to make.
+    """One sequence to generate.
 
     Attributes
     ----------
     name : str
-        What the layout calls it.
+        In the layout.
     key : str
-        Digest of all that makes it.
+        Digest of all that decides its files.
     scenario : Scenario
     seed : int
     layout, split : str
         See `simbench.datasets.formats.find_format`; an empty split is the layout's own.
     channels : tuple of str
-        What is recorded beside pictures and truth.
+        What is recorded beside images and truth.
     place : str
         Path or URL of the data set.
-    left_at : Path or None
-        Where to leave the files, for a place that only another process can reach.
+    local_folder : Path or None
+        Where to leave the files if only another process can write to the place.
     replaces : tuple of str
-        What stands in ``entries/`` for the name now, by path: made otherwise, or
-        damaged. Then its folders are cleared too.
+        Paths of existing outdated or damaged files of the name in ``entries/``. If
+        there are any, its folders are removed too.
     """
 
     name: str
@@ -92,29 +88,24 @@ class SequenceJob:
     split: str
     channels: tuple[str, ...]
     place: str
-    left_at: Path | None = None
+    local_folder: Path | None = None
     replaces: tuple[str, ...] = ()
 
-    @property
-    def entry(self) -> str:
-        """Path of its entry in the data set, without what tells how far it is."""
-        return f"{ENTRIES}/{self.name}.{self.key}"
 
-
-def produce(order: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
-    """Make one sequence and deliver it to its place.
+def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
+    """Generate one sequence and deliver it.
 
     Parameters
     ----------
-    order : SequenceJob
+    job : SequenceJob
     report : callable of (done, total)
-        Called with thousandths.
 
     Returns
     -------
-    result : {"made", "lost", "stop"}
-        Lost is a sequence that cannot be told, filmed or put in that layout. A full
-        disk or a place that cannot be written to would cost every other one too.
+    result : {"made", "failed", "stop"}
+        ``failed`` where the scenario cannot be simulated, rendered or written in the
+        layout; ``stop`` where all other sequences would fail too: the disk is full, or
+        the place cannot be written to.
     reason : str
         One line that says why it was not made.
     """
@@ -123,23 +114,24 @@ def produce(order: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
     try:
         with tempfile.TemporaryDirectory(prefix="simbench-made-") as scratch:
             root = Path(scratch) / "root"
-            _make(order, Path(scratch) / "film", root, report)
+            _generate(job, Path(scratch) / "sequence", root, report)
             is_made = True
-            if order.left_at is None:
-                deliver(root, open_store(order.place), order)
+            if job.local_folder is None:
+                deliver(root, open_store(job.place), job)
             else:
-                root.rename(order.left_at)
+                root.rename(job.local_folder)
     except (SimbenchError, OSError) as error:
         reason = str(error) if isinstance(error, SimbenchError) else one_line(error)
-        return "stop" if is_made or _is_of_the_disk(error) else "lost", reason
+        return "stop" if is_made or _is_disk_fault(error) else "failed", reason
     return "made", ""
 
 
-def deliver(root: Path, store: Store, order: SequenceJob) -> None:
+def deliver(root: Path, store: Store, job: SequenceJob) -> None:
     """Move a finished sequence into a store, its entry last."""
-    begun, done = f"{order.entry}.part", f"{order.entry}.json"
-    if done not in order.replaces and store.has(done):
-        return  # a lost worker of a cluster woke up late: another one did its work
+    stem = f"{ENTRIES}/{job.name}.{job.key}"
+    part, done = f"{stem}.part", f"{stem}.json"
+    if done not in job.replaces and store.has(done):
+        return  # a cluster worker believed lost: another one has delivered it
     entry = root / "entry.json"
     paths = [path for path in root.rglob("*") if path.is_file() and path != entry]
     files = {path.relative_to(root).as_posix(): path for path in sorted(paths)}
@@ -147,22 +139,39 @@ def deliver(root: Path, store: Store, order: SequenceJob) -> None:
     content["bytes"] = sum(path.stat().st_size for path in files.values())
     content["files"] = list(files)
     content["sha256"] = {name: _sha256(path) for name, path in files.items()}
-    folders = own_folders(order.name, files)
-    _write(store, root, begun, folders)
-    if order.replaces:  # entries first: without one the old files do not count
-        store.remove([path for path in order.replaces if path != begun])
+    folders = own_folders(job.name, files)
+    put_json(store, part, folders)
+    if job.replaces:  # entries first: without one the old files do not count
+        store.remove([path for path in job.replaces if path != part])
         store.remove(folders)
-    store.take(files)
-    if not store.has(begun):  # it woke up later still: all is done, or tidied
-        return
-    _write(store, root, done, content)
-    store.remove([begun])
+    store.put(files)
+    if store.has(part):  # if not, the same late worker: it is delivered, or removed
+        put_json(store, done, content)
+        store.remove([part])
+
+
+def put_json(store: Store, path: str, content: Any) -> None:
+    """Write a JSON file into a store."""
+    text = json.dumps(content, indent=1, allow_nan=False, default=str)
+    put_text(store, path, [text, "\n"])
+
+
+def put_text(
+    store: Store, path: str, chunks: Iterable[str], scratch: Path | None = None
+) -> None:
+    """Write a text file into a store, by way of a local folder ``scratch``."""
+    with tempfile.TemporaryDirectory(prefix="simbench-", dir=scratch) as folder:
+        local = Path(folder) / "file"
+        with local.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(chunks)
+        store.check_lock()
+        store.put({path: local})
 
 
 def own_folders(name: str, paths: Iterable[str]) -> list[str]:
-    """Return the folders, of those on the way to some files, that bear a name.
+    """Return those of the folders above some files that have a name.
 
-    What lies elsewhere, or outside of the data set, is left out.
+    Files elsewhere, or outside of the data set, are ignored.
 
     Examples
     --------
@@ -176,11 +185,11 @@ def own_folders(name: str, paths: Iterable[str]) -> list[str]:
     return sorted(found)
 
 
-def _is_of_the_disk(error: BaseException | None) -> bool:
-    """Whether a full or failing disk is to blame, which every other would meet too."""
+def _is_disk_fault(error: BaseException | None) -> bool:
+    """Whether the cause is a full or failing disk, which would fail every sequence."""
     seen: list[BaseException] = []
     while error is not None and error not in seen:  # one may be its own cause
-        if isinstance(error, OSError) and error.errno in _OF_THE_DISK:
+        if isinstance(error, OSError) and error.errno in _DISK_FAULTS:
             return True
         seen.append(error)
         error = error.__cause__ or error.__context__
@@ -192,38 +201,27 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _write(store: Store, root: Path, path: str, content: Any) -> None:
-    local = root / "note.json"
-    local.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    store.take({path: local})
-
-
-def _make(order: SequenceJob, film: Path, root: Path, report: ReportProgress) -> None:
-    """Film a sequence and write it below ``root`` in its layout, with its entry."""
-    # here, so that the command that waits loads neither simulator nor renderer
+def _generate(
+    job: SequenceJob, folder: Path, root: Path, report: ReportProgress
+) -> None:
+    """Generate a sequence and write it below ``root`` in its layout, with its entry."""
+    # here, so that the parent process loads neither simulator nor renderer
     from simbench.generation.generate import generate
-
-    def in_thousandths(done: int, total: int) -> None:
-        report(_STEPS * done // total, _STEPS)
 
     root.mkdir()
     sequence = generate(
-        order.scenario,
-        order.seed,
-        film,
-        channels=order.channels,
-        progress=in_thousandths,
+        job.scenario, job.seed, folder, channels=job.channels, progress=report
     )
-    layout = find_format(order.layout, order.split or None)
-    in_layout = layout.write(sequence, order.name, root)
-    write_truth_tables(sequence, root / TRUTH / order.name)
-    if order.layout != "native":  # which has them beside its pictures
-        write_channels(root / CHANNELS / order.name, sequence.channels)
+    layout = find_format(job.layout, job.split or None)
+    in_layout = layout.write(sequence, job.name, root)
+    write_truth_tables(sequence, root / "truth" / job.name)
+    if job.layout != "native":  # which has them beside its images
+        write_channels(root / "channels" / job.name, sequence.channels)
     entry = {
-        "name": order.name,
-        "key": order.key,
-        "scenario": order.scenario.model_dump(mode="json"),
-        "seed": order.seed,
+        "name": job.name,
+        "key": job.key,
+        "scenario": job.scenario.model_dump(mode="json"),
+        "seed": job.seed,
         "digests": dict(sequence.digests),
         "summary": summary_of(sequence),
         "layout": in_layout,

@@ -1,9 +1,9 @@
-"""Data sets, made sequence by sequence, by as many processes as there are.
+"""Generate data sets, sequence by sequence, with any number of worker processes.
 
-Whatever interrupts it, the same call goes on where it was: what has an entry (see
-`simbench.generation.dataset.make_sequence`) is left alone, what was on its way is
-cleared and made again. At no time does a process hold, in memory or on its disk, more
-pictures than those of the sequence it is making.
+A repeated call continues where it was interrupted: sequences with an entry (see
+`simbench.generation.dataset.make_sequence`) are kept, unfinished ones are removed and
+generated again. No process holds, in memory or on its disk, more frames than those of
+the sequence it is generating.
 """
 
 from __future__ import annotations
@@ -11,58 +11,66 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.datasets.store import FolderStore, Store, open_store
 from simbench.generation.dataset.index import index_files
-from simbench.generation.dataset.make_sequence import SequenceJob, deliver, produce
-from simbench.generation.dataset.manifest import Entries, Record, require_room
+from simbench.generation.dataset.make_sequence import (
+    SequenceJob,
+    deliver,
+    make_sequence,
+    put_json,
+    put_text,
+)
+from simbench.generation.dataset.manifest import (
+    MANIFEST,
+    Entries,
+    new_manifest,
+    refuse_other_files,
+)
 from simbench.generation.dataset.request import DatasetRequest, SequenceRequest
 from simbench.generation.dataset.resume import (
     ExistingSequences,
     find_existing,
-    require_same,
-    tidy,
+    refuse_outdated,
+    remove_unfinished,
 )
 from simbench.runtime.cluster import open_pool
 from simbench.runtime.code_digest import digest_of
 from simbench.runtime.limits import generation_limit_s
 from simbench.runtime.locks import empty_folder
-from simbench.runtime.pool import Job, JobEvent, Pool
-from simbench.scenarios.achieved_dials import most_frames
+from simbench.runtime.pool import Job, JobEvent
+from simbench.runtime.run_jobs import Progress, run_jobs
+from simbench.scenarios.achieved_dials import max_rendered_frames
 
 __all__ = ["ProductionResult", "produce_dataset"]
-
-Progress = Callable[[float, float, str], None]
-
-_THOUSANDTHS = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
 class ProductionResult:
-    """What came out of a production.
+    """Counts and failures of a call of `produce_dataset`.
 
     Attributes
     ----------
     made, kept : int
-        Sequences made now, and those that were there already.
-    lost : dict from str to str
-        One line for each sequence that could not be made, by its name.
-    again : int
-        Of those made, how many took the place of one that was made otherwise.
+        Sequences generated now, and those that existed already.
+    failed : dict from str to str
+        By name, one line for each sequence that could not be generated.
+    replaced : int
+        How many of those made replaced one of another scenario, code or version.
     """
 
     made: int
     kept: int
-    lost: dict[str, str]
-    again: int = 0
+    failed: dict[str, str]
+    replaced: int = 0
 
 
 def produce_dataset(
-    wanted: DatasetRequest,
+    request: DatasetRequest,
     place: str,
     *,
     command: str,
@@ -72,21 +80,21 @@ def produce_dataset(
     cluster: str = "",
     progress: Progress | None = None,
 ) -> ProductionResult:
-    """Make all sequences of a data set that are not there yet, and its index.
+    """Generate all sequences of a data set that do not exist yet, and its index.
 
     Parameters
     ----------
-    wanted : DatasetRequest
+    request : DatasetRequest
     place : str
         Local folder or fsspec URL: new, empty, or a data set in the same layout, which
-        is then added to.
+        is then extended.
     command : str
-        What the user typed, for ``dataset.json``.
+        Command line of the user, for ``dataset.json``.
     licence : str
-        Of the pictures, for the card; where empty, as declared before.
+        Of the frames, for the card; where empty, as declared before.
     replace : bool
-        Whether finished sequences of the same names may be made again where scenario,
-        code or library versions are others now.
+        Whether finished sequences of the same names may be generated again where
+        scenario, code or library versions have changed.
     jobs : int
         Worker processes at a time.
     cluster : str
@@ -109,132 +117,105 @@ def produce_dataset(
     store = open_store(place)
     if cluster and store.is_private:
         raise DatasetError(f"{store}: the workers of a cluster cannot write there")
-    require_room(store)
+    refuse_other_files(store)
     with store.locked(), empty_folder(_scratch(store)) as scratch:
         shared = store.path if isinstance(store, FolderStore) else None
         log = scratch / "workers.log"
-        record = Record.begun(store, wanted, command, licence)
-        standing = find_existing(store, wanted)
+        manifest = new_manifest(store, request, command, licence)
+        existing = find_existing(store, request)
         if not replace:
-            require_same(standing, wanted, store)
-        with open_pool(jobs, cluster, scratch, log, shared) as crew:
-            record.write()
-            tidy(store)
-            making = _Making(wanted, standing, store, scratch)
-            while making.step(crew):
-                store.still_ours()
-                if progress is not None:
-                    progress(*making.standing())
+            refuse_outdated(existing, request, store)
+        with open_pool(jobs, cluster, scratch, log, shared) as pool:
+            put_json(store, MANIFEST, manifest)
+            remove_unfinished(store)
+            work = _Production(request, existing, store, scratch, progress)
+            run_jobs(pool, work.next_job, work.finish, work.report)
         if progress is not None:
             progress(1.0, 1.0, "writing the index")
-        _write(index_files(store, record.content), store, scratch / "index")
-        if making.lost and log.exists():  # says more than a line
-            store.take({"workers.log": log})
-        record.end(len(Entries(store)), making.lost)
-    return ProductionResult(making.made, making.kept, making.lost, making.again)
+        for path, chunks in index_files(store, manifest):
+            put_text(store, path, chunks, scratch)
+        if work.failed and log.exists():  # it tells more than one line
+            store.put({"workers.log": log})
+        manifest["sequences"] = len(Entries(store))
+        manifest["productions"][-1] |= {"finished": True, "lost": work.failed}
+        put_json(store, MANIFEST, manifest)
+    return ProductionResult(work.made, work.kept, work.failed, work.replaced)
 
 
-class _Making:
-    """Which sequences wait, which are under way, and which are lost."""
+@dataclass
+class _Production:
+    """The state of a production: sequences that wait, are done, and failed."""
 
-    def __init__(
-        self,
-        wanted: DatasetRequest,
-        there: ExistingSequences,
-        store: Store,
-        scratch: Path,
-    ) -> None:
-        self.wanted = wanted
-        self.there = there
-        self.store = store
-        self.scratch = scratch
-        self.waiting = (wish for wish in wanted if wish.name not in there.finished)
-        self.next = next(self.waiting, None)
-        self.otherwise = set(there.otherwise)
-        self.kept = len(there.finished)
-        self.made = 0
-        self.again = 0
-        self.lost: dict[str, str] = {}
-        self.under_way: dict[str, float] = {}
+    request: DatasetRequest
+    existing: ExistingSequences
+    store: Store
+    scratch: Path
+    progress: Progress | None
+    made: int = 0
+    replaced: int = 0
+    failed: dict[str, str] = field(default_factory=dict)
 
-    def step(self, crew: Pool) -> bool:
-        """Give out work, wait for news and hear it; return whether anything is left."""
-        while self.next is not None and crew.has_room:
-            wish, self.next = self.next, next(self.waiting, None)
+    def __post_init__(self) -> None:
+        finished = self.existing.finished
+        self.kept = len(finished)
+        self.waiting = (one for one in self.request if one.name not in finished)
+
+    def next_job(self) -> Job | None:
+        for sequence in self.waiting:
             try:
-                order = self.order(wish)
-            except SimbenchError as error:  # drawn values that do not go together
-                self.lost[wish.name] = str(error)
+                job = self.sequence_job(sequence)
+            except SimbenchError as error:  # sampled values that contradict each other
+                self.failed[sequence.name] = str(error)
                 continue
-            self.under_way[order.name] = 0.0
-            limit_s = generation_limit_s(most_frames(order.scenario))
-            crew.start(Job(order, "film", produce, (order,), limit_s))
-        for event in crew.events(within_s=0.5):
-            self.hear(event)
-        return self.next is not None or not crew.is_idle
+            limit_s = generation_limit_s(max_rendered_frames(job.scenario))
+            return Job(job.name, "generate", make_sequence, (job,), limit_s)
+        return None
 
-    def order(self, wish: SequenceRequest) -> SequenceJob:
+    def sequence_job(self, sequence: SequenceRequest) -> SequenceJob:
+        is_private = self.store.is_private
         return SequenceJob(
-            name=wish.name,
-            key=wish.key,
-            scenario=wish.recipe.scenario(wish.seed),
-            seed=wish.seed,
-            layout=self.wanted.layout,
-            split=self.wanted.split,
-            channels=self.wanted.channels,
+            name=sequence.name,
+            key=sequence.key,
+            scenario=sequence.recipe.scenario(sequence.seed),
+            seed=sequence.seed,
+            layout=self.request.layout,
+            split=self.request.split,
+            channels=self.request.channels,
             place=self.store.address,
-            left_at=self.scratch / wish.name if self.store.is_private else None,
-            replaces=tuple(self.there.replaced.get(wish.name, ())),
+            local_folder=self.scratch / sequence.name if is_private else None,
+            replaces=tuple(self.existing.to_replace.get(sequence.name, ())),
         )
 
-    def hear(self, event: JobEvent) -> None:
-        order: SequenceJob = event.job.name
-        if event.kind == "progress":
-            self.under_way[order.name] = min(event.value / _THOUSANDTHS, 1.0)
-            return
-        del self.under_way[order.name]
-        if event.kind == "timeout":
-            result, reason = "lost", f"timeout after {event.job.limit_s:g} s"
-        elif event.kind == "done":
-            result, reason = event.value
-        else:
-            result, reason = "lost", event.value
+    def finish(self, event: JobEvent) -> None:
+        (job,) = event.job.arguments
+        is_done = event.kind == "done"
+        result, reason = event.value if is_done else ("failed", event.value)
         if result == "stop":
             raise DatasetError(reason)
-        if result == "lost":
-            self.lost[order.name] = reason
+        if result == "failed":
+            self.failed[job.name] = reason
             return
-        if order.left_at is not None:
-            deliver(order.left_at, self.store, order)
-            shutil.rmtree(order.left_at)
+        if job.local_folder is not None:
+            deliver(job.local_folder, self.store, job)
+            shutil.rmtree(job.local_folder)
         self.made += 1
-        self.again += order.name in self.otherwise
+        self.replaced += job.name in self.existing.outdated
 
-    def standing(self) -> tuple[float, float, str]:
-        """Return the sequences done, all of them, and what is being done."""
-        done = self.kept + self.made + len(self.lost)
-        doing = next(iter(self.under_way), "")
-        title = f"{done} of {len(self.wanted)} sequences; {doing}"
-        return done + sum(self.under_way.values()), len(self.wanted), title
-
-
-def _write(
-    files: Iterable[tuple[str, Iterable[str]]], store: Store, folder: Path
-) -> None:
-    for path, chunks in files:
-        local = folder / path
-        local.parent.mkdir(parents=True, exist_ok=True)
-        with local.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(chunks)
-        store.still_ours()
-        store.take({path: local})
+    def report(self, running: Mapping[str, float]) -> None:
+        """Report the sequences done, all of them, and one that is being generated."""
+        self.store.check_lock()
+        if self.progress is not None:
+            done = self.kept + self.made + len(self.failed)
+            name = next(iter(running), "")
+            title = f"{done} of {len(self.request)} sequences; {name}"
+            self.progress(done + sum(running.values()), len(self.request), title)
 
 
 def _scratch(store: Store) -> Path:
-    """Return where workers make their files: beside their place, if that is local."""
+    """Return the folder of temporary files: in the data set, if that is local."""
     if isinstance(store, FolderStore):
         return store.path / ".scratch"
-    if store.is_private:  # another process may have one of the same name
+    if store.is_private:  # other processes may use the same name
         return Path(tempfile.mkdtemp(prefix="simbench-"))
     name = f"simbench-{os.getuid()}-{digest_of(str(store))[:12]}"
     return Path(tempfile.gettempdir()) / name

@@ -1,4 +1,4 @@
-"""What is asked of a data set: which sequences of which scenarios, and how written."""
+"""Requests for data sets: which sequences of which scenarios, in which layout."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import NamedTuple
 
 from simbench.core.errors import SimbenchError
 from simbench.datasets.channels import require_known
@@ -14,7 +15,7 @@ from simbench.datasets.formats import find_format, sequence_name
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.files.recipe import Recipe
 
-__all__ = ["Batch", "DatasetRequest", "SequenceRequest", "spread"]
+__all__ = ["DatasetRequest", "SeededRecipe", "SequenceRequest", "spread"]
 
 _LONGEST = 80
 _CODE = (
@@ -25,15 +26,14 @@ _CODE = (
 """What decides the files of a sequence; its data card can be written again."""
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
-    """Sequences of one recipe.
+class SeededRecipe(NamedTuple):
+    """A recipe with the seeds of its sequences.
 
     Attributes
     ----------
     recipe : Recipe
     seeds : sequence of int
-        One a sequence; non-negative and distinct.
+        One per sequence; non-negative and distinct.
     """
 
     recipe: Recipe
@@ -42,14 +42,14 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class SequenceRequest:
-    """One sequence of a data set.
+    """One requested sequence of a data set.
 
     Attributes
     ----------
     name : str
-        In the data set; the layout may have given it another than its scenario's.
+        In the data set; some layouts give other names than the scenario's.
     key : str
-        Digest of all that makes it, code included.
+        Digest of all that decides its files, code included.
     recipe : Recipe
     seed : int
     """
@@ -62,99 +62,100 @@ class SequenceRequest:
 
 @dataclass(frozen=True, slots=True)
 class DatasetRequest:
-    """All sequences of a data set.
+    """All requested sequences of a data set; iterates over `SequenceRequest`.
 
     Attributes
     ----------
-    batches : tuple of Batch
-        The recipes' labels differ.
+    recipes : tuple of SeededRecipe
+        Their labels differ.
     layout, split : str
         See `simbench.datasets.formats.find_format`; an empty split is the layout's own.
     channels : tuple of str
-        What is recorded beside pictures and truth, see
+        What is recorded beside images and truth, see
         `simbench.datasets.channels.CHANNELS`.
 
     Raises
     ------
     SimbenchError
-        If there is nothing, something double, or no such layout, split or channel.
+        If there is no sequence, a duplicate, or no such layout, split or channel.
     """
 
-    batches: tuple[Batch, ...]
+    recipes: tuple[SeededRecipe, ...]
     layout: str = "native"
     split: str = ""
     channels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check what a user may have got wrong."""
+        """Check the request."""
         find_format(self.layout, self.split or None)
         require_known(self.channels)
-        names = Counter(_plain(batch.recipe.label) for batch in self.batches)
-        twice = [name for name, count in names.items() if count > 1]
-        if twice:
-            raise SimbenchError(
-                f"scenario names must differ, got {twice[0]!r} more than once"
-            )
-        for batch in self.batches:
-            is_range = isinstance(batch.seeds, range)
-            if not is_range and len(set(batch.seeds)) < len(batch.seeds):
+        names = Counter(_safe_name(recipe.label) for recipe, _ in self.recipes)
+        for name, count in names.items():
+            if count > 1:
+                raise SimbenchError(
+                    f"scenario names must differ, got {name!r} more than once"
+                )
+        for _, seeds in self.recipes:
+            if not isinstance(seeds, range) and len(set(seeds)) < len(seeds):
                 raise SimbenchError("seeds must differ, got one more than once")
         if not len(self):
-            raise SimbenchError("wanted at least one sequence, got none")
+            raise SimbenchError("sequences: expected at least one, got none")
 
     def __len__(self) -> int:
         """Return the number of sequences."""
-        return sum(len(batch.seeds) for batch in self.batches)
+        return sum(len(seeds) for _, seeds in self.recipes)
 
     def __iter__(self) -> Iterator[SequenceRequest]:
-        """Yield the sequences, scenarios in turn: a part of the data set is even."""
+        """Yield the sequences, scenarios in turn: every part is a balanced mix."""
         layout = find_format(self.layout, self.split or None)
-        columns = [self._column(batch) for batch in self.batches]
-        every = (one for row in zip_longest(*columns) for one in row if one is not None)
-        for position, (recipe, maker, seed) in enumerate(every):
-            name = sequence_name(layout, position, f"{_plain(recipe.label)}-{seed:04d}")
-            yield SequenceRequest(name, digest_of(maker, seed)[:12], recipe, seed)
+        how = [self.layout, self.split, self.channels]
+        code = code_digest(*_CODE)
+        recipes, seeds = zip(*self.recipes, strict=True)
+        digests = [digest_of(code, recipe.digest, how) for recipe in recipes]
+        position = 0
+        for row in zip_longest(*seeds):
+            for recipe, digest, seed in zip(recipes, digests, row, strict=True):
+                if seed is not None:
+                    own = f"{_safe_name(recipe.label)}-{seed:04d}"
+                    name = sequence_name(layout, position, own)
+                    key = digest_of(digest, seed)[:12]
+                    yield SequenceRequest(name, key, recipe, seed)
+                    position += 1
 
     @property
     def digest(self) -> str:
-        """SHA-256 over everything asked for, as hex."""
-        batches = [(one.recipe.digest, list(one.seeds)) for one in self.batches]
-        return digest_of(batches, self.layout, self.split, self.channels)
-
-    def _column(self, batch: Batch) -> Iterator[tuple[Recipe, str, int]]:
-        how = [self.layout, self.split, self.channels]
-        maker = digest_of(code_digest(*_CODE), batch.recipe.digest, how)
-        for seed in batch.seeds:
-            yield batch.recipe, maker, seed
+        """SHA-256 over the whole request, as hex."""
+        recipes = [(recipe.digest, list(seeds)) for recipe, seeds in self.recipes]
+        return digest_of(recipes, self.layout, self.split, self.channels)
 
 
 def spread(
     recipes: Sequence[Recipe], count: int, first_seed: int = 0
-) -> tuple[Batch, ...]:
-    """Return ``count`` sequences spread evenly over recipes, seeds counted up.
+) -> tuple[SeededRecipe, ...]:
+    """Return ``count`` sequences spread evenly over recipes, with consecutive seeds.
 
     Parameters
     ----------
     recipes : sequence of Recipe
     count : int
-        In all; where it does not come out even, the first recipes have one more.
+        Total; where it is no multiple of the recipes, the first ones have one more.
     first_seed : int
         Of every recipe.
 
     Returns
     -------
-    tuple of Batch
-        None for a recipe that no sequence falls to.
+    tuple of SeededRecipe
+        Without the recipes that have no sequence.
     """
     share, more = divmod(count, len(recipes))
-    sizes = [share + (at < more) for at in range(len(recipes))]
+    sizes = [share + (index < more) for index in range(len(recipes))]
     return tuple(
-        Batch(recipe, range(first_seed, first_seed + size))
+        SeededRecipe(recipe, range(first_seed, first_seed + size))
         for recipe, size in zip(recipes, sizes, strict=True)
         if size
     )
 
 
-def _plain(label: str) -> str:
-    """Return a label as a name that no toolkit's list or table stumbles over."""
+def _safe_name(label: str) -> str:
+    """Return a label in characters that are safe in every layout's lists and tables."""
     return re.sub(r"[^A-Za-z0-9_-]+", "-", label).strip("-")[:_LONGEST]

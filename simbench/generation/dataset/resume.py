@@ -1,4 +1,4 @@
-"""What of a data set stands already, and what stands in the place of the rest."""
+"""Sequences of a data set that exist already: kept, replaced or removed."""
 
 from __future__ import annotations
 
@@ -11,80 +11,79 @@ from simbench.generation.dataset.make_sequence import own_folders
 from simbench.generation.dataset.manifest import Entries, EntryFile
 from simbench.generation.dataset.request import DatasetRequest
 
-__all__ = ["ExistingSequences", "find_existing", "require_same", "tidy"]
+__all__ = ["ExistingSequences", "find_existing", "refuse_outdated", "remove_unfinished"]
 
 
 @dataclass(frozen=True, slots=True)
 class ExistingSequences:
-    """What a data set holds of the sequences that are wanted.
+    """Those requested sequences of which a data set holds files.
 
     Attributes
     ----------
     finished : set of str
-        Names of those that are there, whole.
-    replaced : dict from str to list of str
-        By name, the entries, by path, of what is there but must be made again; or the
-        list of a sequence on its way, where it was cut off and does not tell its files.
-    otherwise : list of str
-        Names of those among these that are whole, but made otherwise.
+        Names of the complete ones that are up to date.
+    to_replace : dict from str to list of str
+        By name, the paths of the entries of those that must be made again: outdated or
+        damaged ones; or the folder list of an unfinished one, if it is truncated and so
+        does not name its files.
+    outdated : set of str
+        Names of the complete ones made from another scenario or by other code.
     """
 
     finished: set[str]
-    replaced: dict[str, list[str]]
-    otherwise: list[str]
+    to_replace: dict[str, list[str]]
+    outdated: set[str]
 
 
-def find_existing(store: Store, wanted: DatasetRequest) -> ExistingSequences:
+def find_existing(store: Store, request: DatasetRequest) -> ExistingSequences:
     """Read every entry of a data set, and change nothing.
 
     Raises
     ------
     DatasetError
-        If one is damaged whose sequence is not wanted, and so not made again.
+        If an entry is damaged whose sequence is not requested, and so not made again.
     """
-    keys = {wish.name: wish.key for wish in wanted}
-    found: dict[str, list[str]] = {}
-    damaged, otherwise = set(), {}
+    keys = {sequence.name: sequence.key for sequence in request}
+    paths: dict[str, list[str]] = {}
+    damaged, outdated = set[str](), set[str]()
     for file, content in Entries(store).read():
         try:
-            file.parsed(content, store)
+            file.parse(content, store)
             if keys.get(file.name, file.key) != file.key:
-                otherwise[file.name] = True
+                outdated.add(file.name)
         except DatasetError:
             if file.name not in keys:
                 raise
             damaged.add(file.name)
         if file.name in keys:
-            found.setdefault(file.name, []).append(file.path)
-    again = damaged | otherwise.keys()
-    replaced = {name: paths for name, paths in found.items() if name in again}
-    for file in EntryFile.listed(store):
-        if file.kind == "json" or file.name in found or file.name not in keys:
-            continue
-        if _listed(store, file.path) is None:
-            replaced.setdefault(file.name, []).append(file.path)
-    return ExistingSequences(found.keys() - again, replaced, list(otherwise))
+            paths.setdefault(file.name, []).append(file.path)
+    again = damaged | outdated
+    to_replace = {name: found for name, found in paths.items() if name in again}
+    for file in EntryFile.list_in(store, "part"):
+        is_new = file.name in keys and file.name not in paths
+        if is_new and _read_folders(store, file) is None:
+            to_replace.setdefault(file.name, []).append(file.path)
+    return ExistingSequences(paths.keys() - again, to_replace, outdated)
 
 
-def require_same(
-    standing: ExistingSequences, wanted: DatasetRequest, store: Store
+def refuse_outdated(
+    existing: ExistingSequences, request: DatasetRequest, store: Store
 ) -> None:
-    """Refuse to make finished sequences again.
+    """Refuse to replace finished sequences.
 
     Raises
     ------
     DatasetError
-        If there are any that were made otherwise: how many, and how as far as the
-        first of them tells.
+        If any is outdated: how many, and what differs as far as the first one shows.
     """
-    if not standing.otherwise:
+    if not existing.outdated:
         return
-    count, first = len(standing.otherwise), standing.otherwise[0]
-    wish = next(wish for wish in wanted if wish.name == first)
-    (content, *_) = store.read(standing.replaced[first])
+    count = len(existing.outdated)
+    first = next(one for one in request if one.name in existing.outdated)
+    (content, *_) = store.read(existing.to_replace[first.name])
     try:
-        asked = wish.recipe.scenario(wish.seed).model_dump(mode="json")
-        is_same = json.loads(content).get("scenario") == asked
+        expected = first.recipe.scenario(first.seed).model_dump(mode="json")
+        is_same = json.loads(content).get("scenario") == expected
     except (ScenarioError, ValueError):
         is_same = False
     how = "by other code or library versions"
@@ -92,29 +91,28 @@ def require_same(
         how = "from another scenario or with other frames"
     raise DatasetError(
         f"{store}: {count} finished sequence{'s' * (count > 1)} would be made again, "
-        f"{first} was made {how}: say --replace if that is meant"
+        f"{first.name} was made {how}: pass --replace to overwrite"
     )
 
 
-def tidy(store: Store) -> None:
-    """Clear what was on its way when a production ended.
+def remove_unfinished(store: Store) -> None:
+    """Remove the files of sequences that were being delivered when a run ended.
 
-    Where the name has an entry nothing of it has arrived, or all. A list that was cut
-    off stays until its sequence is made again, whose folders are known then.
+    Of a name with a finished entry, only the list is removed: either no file of the new
+    sequence was delivered, or all were. A truncated list stays until its sequence is
+    made again, since only then its folders are known.
     """
-    files = EntryFile.listed(store)
-    whole = {file.name for file in files if file.kind == "json"}
-    for file in files:
-        if file.kind == "part":
-            listed = [] if file.name in whole else _listed(store, file.path)
-            if listed is not None:
-                store.remove(own_folders(file.name, listed))
-                store.remove([file.path])
+    finished = {file.name for file in EntryFile.list_in(store)}
+    for file in EntryFile.list_in(store, "part"):
+        folders = [] if file.name in finished else _read_folders(store, file)
+        if folders is not None:
+            store.remove(own_folders(file.name, folders))
+            store.remove([file.path])
 
 
-def _listed(store: Store, path: str) -> list[str] | None:
-    """Return the folders that a list names; None if it was cut off itself."""
-    (content,) = store.read([path])
+def _read_folders(store: Store, file: EntryFile) -> list[str] | None:
+    """Return the folders that an unfinished sequence lists; None if truncated."""
+    (content,) = store.read([file.path])
     try:
         return [str(folder) for folder in json.loads(content)]
     except (TypeError, ValueError):

@@ -1,1 +1,1 @@
-"""Find the causes in the scene of the effects that dials request in the picture."""
+"""Solvers of the dials: causes in the scene for effects requested in the picture."""

@@ -1,4 +1,4 @@
-"""Trying an occluder out: how much of the target it hides, and for how long."""
+"""Search for the size of an occluder: the share it hides, and for how many frames."""
 
 from __future__ import annotations
 
@@ -6,97 +6,89 @@ from collections.abc import Callable
 
 import numpy as np
 
+from simbench.generation.dials.occlusion_timing import OcclusionEvent
 from simbench.generation.dials.probe import OcclusionProbe
 from simbench.scenarios.achieved_dials import occlusions_of
-from simbench.scenarios.schema import Occluder
 
-__all__ = ["lasts_of", "least", "peak_of", "scale_m"]
+__all__ = ["metres_per_pixel", "occluded_frames", "peak_hidden", "smallest_sufficient"]
 
-_STRETCH = 6  # frames tried at a time
+_BLOCK = 6  # frames rendered at a time
 
 
-def least(
+def smallest_sufficient(
     measure: Callable[[float], float],
-    wanted: float,
+    expected: float,
     low: float,
     high: float,
     *,
-    widen: int = 3,
+    doublings: int = 3,
     halvings: int = 9,
 ) -> float | None:
-    """Return the least size whose measure, which grows with it, is as wanted.
+    """Find by bisection the smallest size whose measure reaches a value.
 
     Parameters
     ----------
     measure : callable of size
-    wanted : float
+        Grows with the size.
+    expected : float
     low, high : float
-        Where to look; ``high`` is doubled up to ``widen`` times.
+        Range of the search; ``high`` is doubled up to ``doublings`` times.
     halvings : int
-        The answer is exact to the range over 2 to this power.
+        The result is exact to the range over 2 to this power.
 
     Returns
     -------
     float or None
         None where the greatest size is not enough.
     """
-    enough = measure(high) >= wanted
-    for _ in range(widen):
-        if enough:
+    for _ in range(doublings + 1):
+        if measure(high) >= expected:
             break
         low, high = high, 2.0 * high
-        enough = measure(high) >= wanted
-    if not enough:
+    else:
         return None
     for _ in range(halvings):
         middle = (low + high) / 2.0
-        if measure(middle) >= wanted:
+        if measure(middle) >= expected:
             high = middle
         else:
             low = middle
     return high
 
 
-def peak_of(
-    rehearsal: OcclusionProbe,
-    occluder: Occluder,
-    number: int,
-    frame: int,
-    reach: int = 1,
-) -> float:
-    """Return the greatest hidden share within ``reach`` frames of a middle.
+def peak_hidden(probe: OcclusionProbe, event: OcclusionEvent, reach: int = 1) -> float:
+    """Return the greatest hidden share within ``reach`` frames of an event's middle.
 
-    Of a long reach only some frames are tried: the first, the last and a few between.
-    The ``number`` of the occluder, from 0, is its place in the story.
+    Of a long reach only some frames are rendered: the first, the last and a few
+    between.
     """
-    last = len(rehearsal.boxes) - 1
-    around = np.linspace(max(0, frame - reach), min(last, frame + reach), 7)
-    frames = sorted({round(float(f)) for f in around} | {frame})
-    return float(np.nanmax(rehearsal.hidden([occluder], frames, first=number)))
+    first = max(0, event.frame - reach)
+    last = min(len(probe.boxes) - 1, event.frame + reach)
+    frames = sorted(
+        {round(float(f)) for f in np.linspace(first, last, 7)} | {event.frame}
+    )
+    return float(np.nanmax(probe.hidden([event.occluder], frames, first=event.number)))
 
 
-def lasts_of(
-    rehearsal: OcclusionProbe, occluder: Occluder, number: int, frame: int, peak: float
-) -> float:
+def occluded_frames(probe: OcclusionProbe, event: OcclusionEvent, peak: float) -> float:
     """Return for how many frames more than half of a peak share is hidden."""
-    count = len(rehearsal.boxes)
+    count = len(probe.boxes)
     shares = np.full(count, np.nan)
-    for step in (-1, 1):
-        start = frame if step == 1 else frame - 1
+    for step, start in ((-1, event.frame - 1), (1, event.frame)):
         while 0 <= start < count:
-            run = [f for f in range(start, start + _STRETCH * step, step)]
-            run = [f for f in run if 0 <= f < count]
-            shares[run] = rehearsal.hidden([occluder], run, first=number)
-            if not shares[run[-1]] > peak / 2.0:
+            block = [
+                f for f in range(start, start + _BLOCK * step, step) if 0 <= f < count
+            ]
+            shares[block] = probe.hidden([event.occluder], block, first=event.number)
+            if not shares[block[-1]] > peak / 2.0:
                 break
-            start += _STRETCH * step
-    shares = np.where(shares > peak / 2.0, shares, 0.0)
-    return occlusions_of(shares).frames
+            start += _BLOCK * step
+    return occlusions_of(np.where(shares > peak / 2.0, shares, 0.0)).frames
 
 
-def scale_m(rehearsal: OcclusionProbe, occluder: Occluder, frame: int) -> float:
-    """Return how many metres at an occluder's place one pixel of the picture is."""
-    camera = rehearsal.stage.cameras[frame]
-    placed = rehearsal.placed([occluder])[0]
+def metres_per_pixel(probe: OcclusionProbe, event: OcclusionEvent) -> float:
+    """Return the length [m] that one pixel of the picture has at an occluder."""
+    camera = probe.stage.cameras[event.frame]
+    (placed,) = probe.placed([event.occluder])
     middle = placed.base + np.array([0.0, 0.0, placed.sight_height or 0.0])
     return float(camera.to_camera(middle[None])[0, 2]) / camera.focal_px

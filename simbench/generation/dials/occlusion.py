@@ -1,9 +1,9 @@
-"""Occlusion to order: occluders whose size and place hide the share that is asked for.
+"""Solver of the occlusion dial: occluders sized to hide the requested share.
 
-An occluder stands on the line of sight at the instant of a frame, so its greatest
-hidden share falls on that frame. A pole, a tree or a girder hides by its width alone:
-how long follows from the size and the speed of the target. A sign does both: its upper
-edge decides how much of the target it hides, its width for how long.
+An occluder is on the line of sight in one frame, so its greatest hidden share falls on
+that frame. A pole, a tree or a gantry hides by its width alone: for how long follows
+from the size and the speed of the target. For a sign both are free: its upper edge
+decides the hidden share, its width the time.
 """
 
 from __future__ import annotations
@@ -12,31 +12,36 @@ import numpy as np
 
 from simbench.core.box import centers
 from simbench.core.errors import ScenarioError
-from simbench.generation.dials.occluder_search import lasts_of, least, peak_of, scale_m
+from simbench.generation.dials.occluder_search import (
+    metres_per_pixel,
+    occluded_frames,
+    peak_hidden,
+    smallest_sufficient,
+)
 from simbench.generation.dials.occlusion_timing import OcclusionEvent, occlusion_events
-from simbench.generation.dials.probe import OcclusionProbe, unseen
+from simbench.generation.dials.probe import OcclusionProbe, target_not_visible
 from simbench.scenarios.schema import Occluder, Occlusion, Scenario
 
 __all__ = [
     "TrafficOccludesTargetError",
-    "require_alone",
-    "require_clear",
+    "require_clear_of_scripted",
+    "require_clear_of_traffic",
     "solve_occlusion",
 ]
 
 _CLEAR = 0.05
-"""Share of the target that traffic may hide where occlusion is a dial."""
+"""Share of the target that vehicles may hide where occlusion is a dial."""
 _WHOLE = 0.995
 _STILL = 0.05  # px a frame
 
 
 class TrafficOccludesTargetError(ScenarioError):
-    """In this draw the traffic hides the target itself; another may not.
+    """The traffic of this attempt hides the target by itself; another may not.
 
     Attributes
     ----------
     traffic_redraws : int
-        Draws thrown away before this one.
+        Traffic attempts rejected before this one.
     """
 
     def __init__(self, message: str, traffic_redraws: int) -> None:
@@ -45,47 +50,47 @@ class TrafficOccludesTargetError(ScenarioError):
 
 
 def solve_occlusion(
-    rehearsal: OcclusionProbe, asked: Occlusion, *, correction: float = 0.0
+    probe: OcclusionProbe, requested: Occlusion, *, correction: float = 0.0
 ) -> Scenario:
-    """Return the story with occluders that hide its target as asked.
+    """Return the scenario with occluders that hide its target as requested.
 
-    Occluders of the story that stand on the line of sight take the new sizes, as many
-    as ``count`` asks for; those on the map are left alone.
+    Occluders of the scenario on the line of sight get the solved sizes, if they are as
+    many as ``count`` requests; those on the map stay as they are.
 
     Parameters
     ----------
-    rehearsal : OcclusionProbe
-        Of the story's stage.
-    asked : Occlusion
+    probe : OcclusionProbe
+        Of the scenario's stage.
+    requested : Occlusion
     correction : float
-        Added to the hidden share that is aimed at, where an earlier film missed it.
+        Added to the hidden share that is aimed at, where an earlier rendering missed
+        it.
 
     Raises
     ------
-    TrafficOccludesTargetError
-        If traffic hides the target in this draw.
     ScenarioError
-        If it cannot be done; the message says what would have to give.
+        If scripted vehicles hide the target, or the dial cannot be reached; the message
+        says what to change.
     """
-    scenario = rehearsal.stage.scenario
-    require_alone(rehearsal)
+    scenario = probe.stage.scenario
+    require_clear_of_scripted(probe)
     on_map = tuple(o for o in scenario.occluders if o.hides_at_s is None)
-    events = occlusion_events(rehearsal, asked)
-    if asked.hidden == 0 or not events:
+    events = occlusion_events(probe, requested)
+    if requested.hidden == 0 or not events:
         return scenario.model_copy(update={"occluders": on_map})
-    aim = 1.0 if asked.hidden is None else float(asked.hidden)
+    aim = 1.0 if requested.hidden is None else float(requested.hidden)
     goal = float(np.clip(aim + correction, 0.01, 1.0))
-    made = [
-        _long_sign(rehearsal, event, goal, asked.frames)
-        if event.occluder.kind == "sign" and asked.frames is not None
-        else _as_wide(rehearsal, event, goal, asked.frames)
+    solved = [
+        _solve_sign(probe, event, goal, requested.frames)
+        if event.occluder.kind == "sign" and requested.frames is not None
+        else _solve_width(probe, event, goal, requested.frames)
         for event in events
     ]
-    return scenario.model_copy(update={"occluders": (*on_map, *made)})
+    return scenario.model_copy(update={"occluders": (*on_map, *solved)})
 
 
-def require_clear(rehearsal: OcclusionProbe) -> None:
-    """Refuse a draw of the traffic that hides the target by itself.
+def require_clear_of_traffic(probe: OcclusionProbe) -> None:
+    """Refuse traffic that hides the target by itself.
 
     Raises
     ------
@@ -93,163 +98,137 @@ def require_clear(rehearsal: OcclusionProbe) -> None:
     ScenarioError
         If the camera never sees the target at all.
     """
-    shown = np.flatnonzero(~np.isnan(rehearsal.boxes[:, 0]))
-    if not len(shown):
-        raise unseen(rehearsal.stage.scenario)
-    traffic = max(rehearsal.veil(int(frame)).by_traffic for frame in shown)
+    name = probe.stage.scenario.name
+    if not len(probe.shown):
+        raise target_not_visible(probe.stage.scenario)
+    traffic = max(probe.frame_occlusion(int(f)).by_traffic for f in probe.shown)
     if traffic > _CLEAR:
         raise TrafficOccludesTargetError(
-            f"{_name(rehearsal)}: dials.occlusion: traffic itself hides "
-            f"{traffic:.2f} of the target: lower traffic.density_per_km_lane or raise "
-            "the camera",
-            rehearsal.stage.trajectories.traffic_redraws,
+            f"{name}: dials.occlusion: traffic itself hides {traffic:.2f} of the "
+            "target: lower traffic.density_per_km_lane or raise the camera",
+            probe.stage.trajectories.traffic_redraws,
         )
 
 
-def require_alone(rehearsal: OcclusionProbe) -> None:
-    """Refuse a story whose own strangers hide the target beside what a dial adds.
+def require_clear_of_scripted(probe: OcclusionProbe) -> None:
+    """Refuse a scenario whose own scripted vehicles hide the target.
 
     Raises
     ------
     ScenarioError
     """
-    shown = np.flatnonzero(~np.isnan(rehearsal.boxes[:, 0]))
-    most = max(rehearsal.veil(int(frame)).by_stranger for frame in shown)
+    most = max(probe.frame_occlusion(int(f)).by_scripted for f in probe.shown)
     if most > _CLEAR:
         raise ScenarioError(
-            f"{_name(rehearsal)}: dials.occlusion: strangers of the story hide "
-            f"{most:.2f} of the target: leave them out, or raise the camera"
+            f"{probe.stage.scenario.name}: dials.occlusion: the scenario's strangers "
+            f"hide {most:.2f} of the target: remove them, or raise the camera"
         )
 
 
-def _as_wide(
-    rehearsal: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int | None
+def _solve_width(
+    probe: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int | None
 ) -> Occluder:
-    """Find the width that hides a share; and for whole hiding, also for how long."""
-    kind, scale = event.occluder.kind, scale_m(rehearsal, event.occluder, event.frame)
-    across, down = rehearsal.boxes[event.frame, 2:] * scale
+    """Find the width that hides a share; for full occlusion, also for how long."""
+    name, kind = probe.stage.scenario.name, event.occluder.kind
+    scale = metres_per_pixel(probe, event)
+    across, down = probe.boxes[event.frame, 2:] * scale
     full = down if kind == "gantry" else across
-    # a sign without a time to keep is as tall as hides all of the target
-    update = {"panel_m": 3.0 * down} if kind == "sign" else {}
-    thing = event.occluder.model_copy(update=update)
-
-    def wide(width: float) -> Occluder:
-        return thing.model_copy(update={"width_m": float(width)})
-
+    if kind == "sign":  # without a time to reach, tall enough to hide all of the target
+        event = event.resized(panel_m=3.0 * down)
     # the share drifts while the target passes: the peak may lie off the middle
-    passing = full / max(_course(rehearsal, event.frame)[1] * scale, 1e-9)
+    passing = full / max(_image_motion(probe, event.frame)[1] * scale, 1e-9)
     reach = int(np.clip(passing / 2.0, 1, 15))
 
     def peak(width: float) -> float:
-        return peak_of(rehearsal, wide(width), event.number, event.frame, reach)
+        return peak_hidden(probe, event.resized(width_m=width), reach)
 
-    width = least(peak, min(goal, _WHOLE), 0.004, 1.5 * full)
+    def lasts(width: float) -> float:
+        return occluded_frames(probe, event.resized(width_m=width), goal)
+
+    width = smallest_sufficient(peak, min(goal, _WHOLE), 0.004, float(1.5 * full))
     if width is None:
         raise ScenarioError(
-            f"{_name(rehearsal)}: dials.occlusion.hidden {goal:.2f} cannot be reached "
-            f"by a {kind} of {12 * full:.1f} m: it hides {peak(12 * full):.2f}: ask "
-            "for occlusion.by: sign"
+            f"{name}: dials.occlusion.hidden {goal:.2f} cannot be reached by a {kind} "
+            f"of {12 * full:.1f} m: it hides {peak(float(12 * full)):.2f}: ask for "
+            "occlusion.by: sign"
         )
     if frames is None:
-        return wide(width)
-
-    def lasts_for(width: float) -> float:
-        return lasts_of(rehearsal, wide(width), event.number, event.frame, goal)
-
-    lasts = lasts_for(width)
-    if lasts + 1 < frames and goal >= _WHOLE:
-        longer = least(lasts_for, float(frames), width, 2.0 * width)
-        width = width if longer is None else longer
-        lasts = lasts_for(width)
-    if abs(lasts - frames) > 1:
+        return event.resized(width_m=width).occluder
+    found = lasts(width)
+    if found + 1 < frames and goal >= _WHOLE:
+        width = smallest_sufficient(lasts, float(frames), width, 2.0 * width) or width
+        found = lasts(width)
+    if abs(found - frames) > 1:
         raise ScenarioError(
-            f"{_name(rehearsal)}: dials.occlusion: a {kind} that hides "
-            f"{goal:.2f} of the target hides it for {lasts:.0f} frames, wanted "
-            f"{frames}: ask for occlusion.by: sign, or turn displacement_px"
+            f"{name}: dials.occlusion: expected {frames} frames, got {found:.0f} by a "
+            f"{kind} that hides {goal:.2f} of the target: ask for occlusion.by: sign, "
+            "or change displacement_px"
         )
-    return wide(width)
+    return event.resized(width_m=width).occluder
 
 
-def _long_sign(
-    rehearsal: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int
+def _solve_sign(
+    probe: OcclusionProbe, event: OcclusionEvent, goal: float, frames: int
 ) -> Occluder:
     """Find how far a sign reaches into the target's path, and how long it is.
 
-    Its long side lies along the path of the target in the picture, so that the share
-    it hides stays while the target passes.
+    Its long side is parallel to the path of the target in the picture, so that the
+    hidden share stays constant while the target passes.
     """
-    scale = scale_m(rehearsal, event.occluder, event.frame)
-    width, height = rehearsal.boxes[event.frame, 2:] * scale
-    tilt, step = _course(rehearsal, event.frame)
-    step *= scale
+    name, scale = probe.stage.scenario.name, metres_per_pixel(probe, event)
+    width, height = probe.boxes[event.frame, 2:] * scale
+    tilt, step_px = _image_motion(probe, event.frame)
+    step = step_px * scale
     along = width * abs(np.cos(tilt)) + height * abs(np.sin(tilt))
-    square = width * abs(np.sin(tilt)) + height * abs(np.cos(tilt))
-    panel = 2.5 * square
-    sign = event.occluder.model_copy(
-        update={"panel_m": panel, "tilt_rad": tilt, "width_m": max(step, along) * 2}
-    )
-    if step < _STILL * scale:
+    across = width * abs(np.sin(tilt)) + height * abs(np.cos(tilt))
+    panel = 2.5 * across
+    if step_px < _STILL:
         raise ScenarioError(
-            f"{_name(rehearsal)}: dials.occlusion.frames: the target stands still in "
-            "the picture when it is to be hidden: ask without frames, or change the "
-            "story"
+            f"{name}: dials.occlusion.frames: the target does not move in the picture "
+            "when it is to be hidden: remove frames, or change the scenario"
         )
     shortest = along / step
     if frames + 1.5 < shortest:
         raise ScenarioError(
-            f"{_name(rehearsal)}: dials.occlusion.frames {frames} cannot be reached: "
-            f"the target needs {shortest:.0f} frames to pass any edge: turn "
-            "displacement_px up or target_px down"
+            f"{name}: dials.occlusion.frames {frames} cannot be reached: the target "
+            f"needs {shortest:.0f} frames to pass any edge: raise displacement_px or "
+            "lower target_px"
         )
+    length = float(max(along, frames * step))
+    event = event.resized(panel_m=panel, tilt_rad=tilt, width_m=length)
 
-    def raised(part: float) -> Occluder:
-        """Put the edge at a part of the way from all below to all above."""
-        rise = (part - 1.0) * (panel + square) / 2.0
-        return sign.model_copy(update={"rise_m": float(rise)})
+    def raised(part: float) -> OcclusionEvent:
+        """Move the edge by a part of the way from below the target to above it."""
+        return event.resized(rise_m=float((part - 1.0) * (panel + across) / 2.0))
 
-    def long(length: float) -> Occluder:
-        return sign.model_copy(update={"width_m": float(length)})
+    def hidden(part: float) -> float:
+        return peak_hidden(probe, raised(part), frames // 2 + 1)
 
-    guess = max(along, frames * step)
-    sign = long(guess)
-    for _ in range(2):  # a longer sign may find its peak elsewhere: once more
-        part = least(
-            lambda part: peak_of(
-                rehearsal, raised(part), event.number, event.frame, frames // 2 + 1
-            ),
-            min(goal, _WHOLE),
-            0.0,
-            1.0,
-            widen=0,
-        )
-        sign = raised(1.0 if part is None else part)
-        length = least(
-            lambda length: lasts_of(
-                rehearsal, long(length), event.number, event.frame, goal
-            ),
-            float(frames),
-            0.5 * guess,
-            1.4 * guess,
-            halvings=5,
-        )
-        if length is None:
+    def lasts(length: float) -> float:
+        return occluded_frames(probe, event.resized(width_m=length), goal)
+
+    low, high, share = 0.5 * length, 1.4 * length, min(goal, _WHOLE)
+    for _ in range(2):  # a longer sign may have its peak in another frame
+        part = smallest_sufficient(hidden, share, 0.0, 1.0, doublings=0)
+        event = raised(1.0 if part is None else part)
+        found = smallest_sufficient(lasts, float(frames), low, high, halvings=5)
+        if found is None:
             raise ScenarioError(
-                f"{_name(rehearsal)}: dials.occlusion.frames {frames} cannot be "
-                f"reached: there are {len(rehearsal.boxes)} frames: make the story "
-                "longer (frames), or turn displacement_px down"
+                f"{name}: dials.occlusion.frames {frames} cannot be reached in "
+                f"{len(probe.boxes)} frames: make the sequence longer (frames), or "
+                "lower displacement_px"
             )
-        sign = long(length)
-    return sign
+        event = event.resized(width_m=found)
+    return event.occluder
 
 
-def _course(rehearsal: OcclusionProbe, frame: int) -> tuple[float, float]:
-    """Return the tilt [rad] of the target's path in the picture, and its step.
+def _image_motion(probe: OcclusionProbe, frame: int) -> tuple[float, float]:
+    """Return the tilt [rad] and length [px] of the target's step in the picture.
 
-    The step is what the target moves from frame to frame [px]; both are of the median
-    move of the frames around.
+    Both are of the median displacement in the frames around.
     """
     around = slice(max(0, frame - 4), frame + 5)
-    moves = np.diff(centers(rehearsal.boxes[around]), axis=0)
+    moves = np.diff(centers(probe.boxes[around]), axis=0)
     moves = moves[~np.isnan(moves[:, 0])]
     if not len(moves):
         return 0.0, 0.0
@@ -258,7 +237,3 @@ def _course(rehearsal: OcclusionProbe, frame: int) -> tuple[float, float]:
     tilt = float(np.arctan2(-down, -across))
     tilt = (tilt + np.pi / 2.0) % np.pi - np.pi / 2.0
     return tilt, float(np.hypot(across, down))
-
-
-def _name(rehearsal: OcclusionProbe) -> str:
-    return rehearsal.stage.scenario.name

@@ -1,6 +1,6 @@
-"""The rehearsal: how much of the target is hidden, without filming the whole picture.
+"""Occlusion probe: how much of the target is hidden, without rendering the frames.
 
-Only a window around the target is drawn, in few samples and without shadows: a
+Only a window around the target is rendered, in few samples and without shadows: a
 hundredth of the work of a frame, and within a hundredth of its hidden share.
 """
 
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from simbench.core.camera import Camera
 from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import Vehicle
-from simbench.render.gl.pyrender_camera import PyrenderCamera
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.truth import amodal_boxes
 from simbench.render.world.mesh import Mesh, box, merge
-from simbench.render.world.occluders import occluder_body
+from simbench.render.world.occluder_meshes import occluder_mesh
 from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
 from simbench.render.world.vehicles import body
 from simbench.scenarios.geometry.road import RoadLine
@@ -29,31 +29,30 @@ from simbench.scenarios.schema import Occluder, Scenario
 from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
 
-__all__ = ["OcclusionProbe", "TargetCover", "target_boxes", "unseen"]
+__all__ = ["FrameOcclusion", "OcclusionProbe", "target_boxes", "target_not_visible"]
 
 _WINDOW = 96
 """Samples along each side of the window: a hidden share is exact to about 1 %."""
 
 
 @dataclass(frozen=True, slots=True)
-class TargetCover:
-    """What of the target is hidden in one frame.
+class FrameOcclusion:
+    """The part of the target that the scene hides in one frame.
 
     Attributes
     ----------
-    alone : (N, N) bool
-        Samples that the target would cover.
+    target : (N, N) bool
+        Samples that the unoccluded target covers.
     hidden : (N, N) bool
-        Those of them that something covers.
-    by_traffic, by_stranger : float, in [0, 1]
-        Shares of the target that vehicles hide: those of the traffic, and those that
-        the story places.
+        Those of them that something hides.
+    by_traffic, by_scripted : float, in [0, 1]
+        Shares of the target that surrounding traffic and scripted vehicles hide.
     """
 
-    alone: NDArray[np.bool_]
+    target: NDArray[np.bool_]
     hidden: NDArray[np.bool_]
     by_traffic: float
-    by_stranger: float
+    by_scripted: float
 
 
 def target_boxes(stage: Stage) -> NDArray[np.float64]:
@@ -68,19 +67,19 @@ def target_boxes(stage: Stage) -> NDArray[np.float64]:
     return boxes
 
 
-def unseen(scenario: Scenario) -> ScenarioError:
-    """Return what to say of a story whose target no frame shows."""
+def target_not_visible(scenario: Scenario) -> ScenarioError:
+    """Return the error of a scenario whose target is in no frame."""
     return ScenarioError(
         f"{scenario.name}: the camera does not see the target, so that no dial can be "
-        "turned: change camera.look_at, camera.fov_rad or target.along_m"
+        "reached: change camera.look_at, camera.fov_rad or target.along_m"
     )
 
 
 class OcclusionProbe:
-    """Tells what hides the target of a stage: the world as it is, or new occluders.
+    """Measures what hides the target of a stage: its scene, or new occluders.
 
     The stage's occluders on the line of sight are left out; those on the map stay. Use
-    it in a ``with`` statement: it holds what it draws with on the graphics device.
+    it in a ``with`` statement: it holds resources of the graphics device.
 
     Parameters
     ----------
@@ -95,66 +94,76 @@ class OcclusionProbe:
         nothing = box((0, 0, -500), (0.1, 0.1, -499.9), (0, 0, 0)).with_id(1)
         self._unlit = replace(scene, light=replace(scene.light, shadows=False))
         self._bare = replace(
-            self._unlit, ground=nothing, standing=nothing, distant=nothing
+            self._unlit, ground=nothing, static_objects=nothing, distant=nothing
         )
-        self._world = PyrenderCamera(self._unlit, _WINDOW, _WINDOW, 1)
-        self._trial = PyrenderCamera(self._bare, _WINDOW, _WINDOW, 1)
-        self._veils: dict[int, TargetCover] = {}
-        told = [v.name.startswith("stranger.") for v in stage.trajectories.vehicles]
-        self._strangers = scene.ids[np.array(told, dtype=np.bool_)]
+        self._scene_camera = SceneRenderer(self._unlit, _WINDOW, _WINDOW, 1)
+        self._trial_camera = SceneRenderer(self._bare, _WINDOW, _WINDOW, 1)
+        self._frames: dict[int, FrameOcclusion] = {}
+        names = [vehicle.name for vehicle in stage.trajectories.vehicles]
+        scripted = np.array([name.startswith("stranger.") for name in names])
+        self._scripted_ids = scene.ids[scripted]
 
     def __enter__(self) -> Self:
-        """Return the rehearsal itself."""
+        """Return the probe itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Free what it holds on the graphics device."""
-        self._world.close()
-        self._trial.close()
+        """Free the resources of the graphics device."""
+        self._scene_camera.close()
+        self._trial_camera.close()
 
-    def veil(self, frame: int) -> TargetCover:
-        """Tell what the world hides in a frame that shows the target."""
-        found = self._veils.get(frame)
-        if found is None:
-            alone, ids = self._shot(self._world, frame)
+    @property
+    def shown(self) -> NDArray[np.intp]:
+        """Frames that show the target."""
+        return np.flatnonzero(~np.isnan(self.boxes[:, 0]))
+
+    def frame_occlusion(self, frame: int) -> FrameOcclusion:
+        """Return what the scene hides in a frame that shows the target."""
+        if frame not in self._frames:
+            target, ids = self._render(self._scene_camera, frame)
             own = self._unlit.ids[self.stage.trajectories.target]
-            hidden = alone & (ids != own)
-            ours = np.isin(ids, self._strangers)
+            hidden = target & (ids != own)
+            scripted = np.isin(ids, self._scripted_ids)
             shares = [
-                float(np.sum(hidden & who) / max(1, alone.sum()))
-                for who in ((ids >= FIRST_VEHICLE_ID) & ~ours, ours)
+                float(np.sum(hidden & by) / max(1, target.sum()))
+                for by in ((ids >= FIRST_VEHICLE_ID) & ~scripted, scripted)
             ]
-            found = self._veils[frame] = TargetCover(alone, hidden, *shares)
-        return found
+            self._frames[frame] = FrameOcclusion(target, hidden, *shares)
+        return self._frames[frame]
 
     def hidden(
         self, occluders: Sequence[Occluder], frames: Sequence[int], *, first: int = 0
     ) -> NDArray[np.float64]:
-        """Return the hidden share of the target, behind new occluders and the world.
+        """Return the hidden share of the target, behind new occluders and the scene.
 
         Parameters
         ----------
         occluders : sequence of Occluder
             On the line of sight.
         frames : sequence of F int
-            NaN comes back for those that do not show the target.
         first : int
-            How many new occluders of the story come before these: each tree has a
-            shape of its own.
+            Index of the first occluder among all new ones: each tree has its own shape.
+
+        Returns
+        -------
+        (F,) float, in [0, 1]
+            NaN in frames that do not show the target.
         """
         shares = np.full(len(frames), np.nan)
-        self._trial.load_scene(self._bodies(self.placed(occluders), first))
+        self._trial_camera.replace_static_objects(
+            self._bodies(self.placed(occluders), first)
+        )
         for number, frame in enumerate(frames):
             if np.isnan(self.boxes[frame, 0]):
                 continue
-            world = self.veil(frame)
-            _, ids = self._shot(self._trial, frame)
-            behind = (ids > 0) & (ids < FIRST_VEHICLE_ID) & world.alone
-            covered = np.sum(world.hidden | behind)
-            shares[number] = covered / max(1, world.alone.sum())
+            scene = self.frame_occlusion(frame)
+            _, ids = self._render(self._trial_camera, frame)
+            behind = (ids > 0) & (ids < FIRST_VEHICLE_ID) & scene.target
+            covered = np.sum(scene.hidden | behind)
+            shares[number] = covered / max(1, scene.target.sum())
         return shares
 
-    def hidden_beside(
+    def hidden_by_vehicle(
         self, other: Vehicle, lane: int, ahead_m: NDArray[np.float64], frame: int
     ) -> NDArray[np.float64]:
         """Return the share of the target that another vehicle would hide.
@@ -163,9 +172,9 @@ class OcclusionProbe:
         ----------
         other : Vehicle
         lane : int
-            Where it drives, from the right.
+            From the right.
         ahead_m : (N,) float, m
-            How far its middle is ahead of the target's, along the road.
+            Distance of its middle ahead of the target's, along the road.
         frame : int
 
         Returns
@@ -189,51 +198,51 @@ class OcclusionProbe:
         window = _window(stage.cameras[frame], self.boxes[frame])
         both = np.stack([poses[target]] * 2)
         shares = np.zeros(len(ahead_m))
-        with PyrenderCamera(pair, _WINDOW, _WINDOW, 1) as camera:
+        with SceneRenderer(pair, _WINDOW, _WINDOW, 1) as camera:
             for number, ahead in enumerate(ahead_m):
-                there = along + float(ahead)
-                turn = float(line.heading_at(there))
+                place = along + float(ahead)
+                turn = float(line.heading_at(place))
                 cos, sin = math.cos(turn), math.sin(turn)
                 both[1, :3, :3] = [[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]
-                both[1, :3, 3] = line.point(there, line.lane_lateral(lane))
-                shot = camera.shoot(window, both, np.ones(2, np.bool_), 0)
-                covered = shot.target_alone & (shot.ids == 2)
-                shares[number] = covered.sum() / max(1, shot.target_alone.sum())
+                both[1, :3, 3] = line.point(place, line.lane_lateral(lane))
+                shot = camera.render(window, both, np.ones(2, np.bool_), 0)
+                covered = shot.target_silhouette & (shot.ids == 2)
+                shares[number] = covered.sum() / max(1, shot.target_silhouette.sum())
         return shares
 
     def placed(self, occluders: Sequence[Occluder]) -> tuple[PlacedOccluder, ...]:
-        """Return where occluders stand on this stage.
+        """Return occluders with their places on this stage.
 
         Raises
         ------
         ScenarioError
-            If one cannot stand where it is asked to.
+            If one has no valid place.
         """
         stage = self.stage
-        told = stage.scenario.model_copy(update={"occluders": tuple(occluders)})
-        return place_occluders(told, stage.line, stage.trajectories, stage.cameras)
+        scenario = stage.scenario.model_copy(update={"occluders": tuple(occluders)})
+        return place_occluders(scenario, stage.line, stage.trajectories, stage.cameras)
 
     def _bodies(self, placed: Sequence[PlacedOccluder], first: int) -> Mesh:
         stage, bodies = self.stage, []
         season = stage.scenario.surroundings.season
         for number, occluder in enumerate(placed, start=first):
-            # as it will be filmed: occluders on the map are numbered first
-            place = len(stage.occluders) + number + 1
-            rng = generator(stage.scenario, stage.seed, "scenery", place)
-            bodies.append(occluder_body(occluder, stage.line, season, rng).with_id(2))
-        return merge(bodies) if bodies else self._bare.standing
+            # as it will be rendered: occluders on the map are numbered first
+            index = len(stage.occluders) + number + 1
+            rng = generator(stage.scenario, stage.seed, "scenery", index)
+            bodies.append(occluder_mesh(occluder, stage.line, season, rng).with_id(2))
+        return merge(bodies) if bodies else self._bare.static_objects
 
-    def _shot(
-        self, camera: PyrenderCamera, frame: int
+    def _render(
+        self, camera: SceneRenderer, frame: int
     ) -> tuple[NDArray[np.bool_], NDArray[np.uint16]]:
         poses, present = vehicle_poses(self.stage.trajectories, frame)
         window = _window(self.stage.cameras[frame], self.boxes[frame])
-        shot = camera.shoot(window, poses, present, self.stage.trajectories.target)
-        return shot.target_alone, shot.ids
+        shot = camera.render(window, poses, present, self.stage.trajectories.target)
+        return shot.target_silhouette, shot.ids
 
 
 def _window(camera: Camera, around: NDArray[np.float64]) -> Camera:
-    """Look through the same eye at one box of the picture only, stretched to fit."""
+    """Return a camera that shows one box of the picture, stretched to the window."""
     left, top, width, height = around
     scale = np.array([_WINDOW / width, _WINDOW / height])
     matrix = np.eye(3)

@@ -1,1 +1,1 @@
-"""A page of pictures of scenarios."""
+"""Catalogue: a page with pictures of scenarios."""

@@ -1,4 +1,4 @@
-"""One entry of the catalogue: a few frames of a scenario, and what its dials reach."""
+"""Entry of the catalogue: pictures of a scenario, and the dials that it achieves."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simbench.core.errors import ScenarioError, SimbenchError
 from simbench.generation.attempts import render_in_view
 from simbench.generation.dials.probe import OcclusionProbe
 from simbench.render.render_frames import render_frames
-from simbench.report.pictures import Snapshot, data_uri, seen
+from simbench.report.pictures import Snapshot, describe_visibility, snapshot
 from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.achieved_dials import occlusions_of
 from simbench.scenarios.files.loading import read_raw_scenario
@@ -24,27 +24,27 @@ from simbench.scenarios.files.recipe import load_recipe
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, build_stage
 
-__all__ = ["Entry", "EntryRequest", "look_at"]
+__all__ = ["Entry", "EntryRequest", "make_entry"]
 
-_WIDTH = 480
+_WIDTH_PX = 480
 _QUALITY = 80
-_NOTHING = 0.05  # hidden share below which no frame is worth showing for it
-_SETTLED = 3.0  # time constants after which an automatic exposure has followed
+_MIN_HIDDEN = 0.05  # hidden share from which the most hidden frame is shown
+_SETTLING = 3.0  # settling time of an automatic exposure, in time constants
 _TRAJECTORY_ROWS = ("times", "positions", "headings", "pitches", "speeds", "lanes")
 
 
 @dataclass(frozen=True, slots=True)
 class EntryRequest:
-    """A scenario to show.
+    """Scenario to show in the catalogue.
 
     Attributes
     ----------
     source : str
-        What one calls it on the command line: name or file, with its variant.
+        Name or file as on the command line, with its variant.
     content : mapping
-        Its file as it stands, its variant applied.
+        Content of its file, with the variant applied.
     scenario : Scenario or str
-        What the seed draws of it, or one line that says why that is no scenario.
+        Scenario sampled with the seed, or the error message in one line.
     seed : int
     """
 
@@ -54,8 +54,8 @@ class EntryRequest:
     seed: int
 
     @classmethod
-    def drawn(cls, source: str, seed: int) -> EntryRequest:
-        """Return the wish to see what a seed draws.
+    def from_source(cls, source: str, seed: int) -> EntryRequest:
+        """Return the request for a scenario, sampled with a seed.
 
         Raises
         ------
@@ -70,125 +70,120 @@ class EntryRequest:
 
     @property
     def frames(self) -> int:
-        """How many it has; 0 where it is none."""
+        """Number of frames; 0 if the scenario is not valid."""
         return 0 if isinstance(self.scenario, str) else self.scenario.frames
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What the catalogue shows of one scenario.
+    """Pictures and achieved dials of one scenario.
 
     Attributes
     ----------
-    wish : EntryRequest
+    request : EntryRequest
     stills : tuple of Snapshot
         The first frame, the most hidden or else the middle one, and the last. Empty
-        where it could not be filmed.
+        if the scenario cannot be rendered.
     achieved : mapping from str to float
-        Dials as its truth shows them, by dotted name: moves and sizes exactly, hidden
-        shares to about 0.01. Empty where it could not be filmed.
+        Dials measured from the ground truth, by dotted name: displacements and sizes
+        exactly, hidden shares to about 0.01. Empty if it cannot be rendered.
     problem : str
-        One line that says why it could not be filmed; empty where it was.
+        One line that says why it cannot be rendered; else empty.
     """
 
-    wish: EntryRequest
+    request: EntryRequest
     stills: tuple[Snapshot, ...] = ()
     achieved: Mapping[str, float] = field(default_factory=dict)
     problem: str = ""
 
 
-def look_at(wish: EntryRequest, report: ReportProgress) -> Entry:
-    """Film the frames that the catalogue shows of a scenario, and no others.
+def make_entry(request: EntryRequest, report: ReportProgress) -> Entry:
+    """Render only the frames of a scenario that the catalogue shows.
 
     Parameters
     ----------
-    wish : EntryRequest
+    request : EntryRequest
     report : callable of (done, total)
 
     Returns
     -------
     Entry
-        A scenario that cannot be told or filmed has its ``problem``.
+        With its ``problem`` if the scenario cannot be sampled or rendered.
     """
-    if isinstance(wish.scenario, str):
-        return Entry(wish, problem=wish.scenario)
+    if isinstance(request.scenario, str):
+        return Entry(request, problem=request.scenario)
     cv2.setNumThreads(1)
     try:
-        stage = _in_view(wish.scenario, wish.seed)
+        stage = _stage_in_view(request.scenario, request.seed)
         report(1, 3)
-        boxes, hidden = _rehearsed(stage)
+        boxes, hidden = _boxes_and_hidden(stage)
         report(2, 3)
-        stills = _stills(stage, _chosen(boxes, hidden))
+        stills = _stills(stage, _chosen_frames(boxes, hidden))
     except SimbenchError as error:
-        return Entry(wish, problem=str(error))
-    return Entry(wish, stills, _achieved(boxes, hidden))
+        return Entry(request, problem=str(error))
+    return Entry(request, stills, _achieved(boxes, hidden))
 
 
-def _in_view(scenario: Scenario, seed: int) -> Stage:
+def _stage_in_view(scenario: Scenario, seed: int) -> Stage:
     """Return the whole stage whose first frame shows the target, as for a sequence."""
     first, _ = render_in_view(scenario, seed, lambda *_: None, frames=1)
     return build_stage(first.scenario, seed, skip=first.trajectories.traffic_redraws)
 
 
-def _rehearsed(stage: Stage) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _boxes_and_hidden(stage: Stage) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the target's boxes, (T, 4) px, and its hidden share, (T,)."""
     sighted = [o for o in stage.scenario.occluders if o.hides_at_s is not None]
-    with OcclusionProbe(stage) as rehearsal:
-        frames = range(len(rehearsal.boxes))
-        return rehearsal.boxes, rehearsal.hidden(sighted, frames)
+    with OcclusionProbe(stage) as probe:
+        return probe.boxes, probe.hidden(sighted, range(len(probe.boxes)))
 
 
-def _chosen(boxes: NDArray[np.float64], hidden: NDArray[np.float64]) -> dict[str, int]:
-    """Return the frames to show: among those with the target in the picture."""
+def _chosen_frames(
+    boxes: NDArray[np.float64], hidden: NDArray[np.float64]
+) -> dict[str, int]:
+    """Return the frames to show, with the target in the picture, by title."""
     present = np.flatnonzero(~np.isnan(boxes[:, 0]))
     middle = {"Middle": int(present[len(present) // 2])}
     shares = np.nan_to_num(hidden[present])
-    if shares.max() > _NOTHING:
+    if shares.max() > _MIN_HIDDEN:
         worst = present[shares == shares.max()]
         middle = {"Most hidden": int(worst[len(worst) // 2])}
     return {"First": int(present[0])} | middle | {"Last": int(present[-1])}
 
 
 def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Snapshot, ...]:
-    wanted = set(chosen.values())
-    frames = sorted({0} | {n for one in wanted for n in _lead_in(stage, one)})
+    shown = set(chosen.values())
+    frames = sorted({0} | {n for one in shown for n in _exposure_frames(stage, one)})
     images: dict[int, NDArray[np.uint8]] = {}
 
     def keep(index: int, image: NDArray[np.uint8]) -> None:
-        if frames[index] in wanted:
+        if frames[index] in shown:
             images[frames[index]] = image.copy()
 
-    truth = render_frames(_only(stage, frames), keep)
-    stills = []
-    for title, frame in chosen.items():
-        row = frames.index(frame)
-        left, top, width, height = (
-            round(float(value), 1) for value in truth.boxes[row]
+    truth = render_frames(_with_frames(stage, frames), keep)
+    rows = {frame: row for row, frame in enumerate(frames)}
+    return tuple(
+        snapshot(
+            title,
+            f"frame {frame}, {stage.trajectories.times[frame]:.2f} s, "
+            f"{describe_visibility(truth, rows[frame])}",
+            images[frame],
+            truth.boxes[[rows[frame]]],
+            max_width=_WIDTH_PX,
+            quality=_QUALITY,
         )
-        box = None if math.isnan(left) else (left, top, width, height)
-        time_s = stage.trajectories.times[frame]
-        image = images[frame]
-        stills.append(
-            Snapshot(
-                source=data_uri(image, _WIDTH, _QUALITY),
-                width=image.shape[1],
-                height=image.shape[0],
-                box=box,
-                caption=f"{title}: frame {frame}, {time_s:.2f} s, {seen(truth, row)}",
-            )
-        )
-    return tuple(stills)
+        for title, frame in chosen.items()
+    )
 
 
-def _lead_in(stage: Stage, frame: int) -> range:
+def _exposure_frames(stage: Stage, frame: int) -> range:
     """Return a frame with those before it that its exposure depends on."""
     imaging = stage.scenario.imaging
-    settling_s = _SETTLED * (imaging.auto_exposure_s or 0.0)
+    settling_s = _SETTLING * (imaging.auto_exposure_s or 0.0)
     return range(max(0, frame - math.ceil(settling_s / imaging.interval_s)), frame + 1)
 
 
-def _only(stage: Stage, frames: list[int]) -> Stage:
-    """Return a stage with some of its frames."""
+def _with_frames(stage: Stage, frames: list[int]) -> Stage:
+    """Return a stage with only some of its frames."""
     whole = stage.trajectories
     rows = {name: getattr(whole, name)[frames] for name in _TRAJECTORY_ROWS}
     return replace(
@@ -201,7 +196,7 @@ def _only(stage: Stage, frames: list[int]) -> Stage:
 def _achieved(
     boxes: NDArray[np.float64], hidden: NDArray[np.float64]
 ) -> dict[str, float]:
-    """Return what the dials reach; the names are those of `achieved_dials`."""
+    """Return the achieved dials, with the names of `achieved_dials`."""
     moves = np.linalg.norm(np.diff(centers(boxes), axis=0), axis=-1)
     low, middle, high = np.nanquantile(moves, [0.05, 0.5, 0.95])
     peak, frames, number = occlusions_of(hidden)

@@ -1,30 +1,29 @@
-"""Looking at many scenarios, several at a time."""
+"""Make the entries of a catalogue, several at a time."""
 
 from __future__ import annotations
 
-import tempfile
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from simbench.report.catalogue.entry import Entry, EntryRequest, look_at
-from simbench.runtime.limits import environment, generation_limit_s
-from simbench.runtime.pool import Job, WorkerPool
+from simbench.report.catalogue.entry import Entry, EntryRequest, make_entry
+from simbench.runtime.limits import generation_limit_s
+from simbench.runtime.pool import Job
+from simbench.runtime.run_jobs import Progress, run_all
 
 __all__ = ["make_entries"]
 
 
 def make_entries(
-    wishes: Sequence[EntryRequest],
+    requests: Sequence[EntryRequest],
     *,
     jobs: int = 1,
-    progress: Callable[[float, float, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Entry]:
-    """Return the entries of scenarios, in their order.
+    """Return the catalogue entries of scenarios, in the order of the requests.
 
     Parameters
     ----------
-    wishes : sequence of EntryRequest
+    requests : sequence of EntryRequest
     jobs : int
         Processes at a time.
     progress : callable of (done, total, what), optional
@@ -32,31 +31,26 @@ def make_entries(
     Returns
     -------
     list of Entry
-        One that could not be filmed says so in its ``problem``.
+        One that could not be rendered says so in its ``problem``.
     """
     # the longest first, so that the last one does not leave other workers idle
-    order = sorted(range(len(wishes)), key=lambda n: -wishes[n].frames)
-    waiting = deque(order)
-    entries: dict[int, Entry] = {}
-    with tempfile.TemporaryDirectory(prefix="simbench-catalogue-") as temporary:
-        scratch = Path(temporary)
-        log = scratch / "workers.log"
-        with WorkerPool(jobs, environment(jobs, scratch), log) as crew:
-            while waiting or not crew.is_idle:
-                while waiting and crew.has_room:
-                    number = waiting.popleft()
-                    limit_s = generation_limit_s(wishes[number].frames)
-                    arguments = (wishes[number],)
-                    crew.start(Job(number, "film", look_at, arguments, limit_s))
-                for event in crew.events(within_s=0.5):
-                    number = event.job.name
-                    if event.kind == "done":
-                        entries[number] = event.value
-                    elif event.kind != "progress":
-                        said = f"{wishes[number].source}: {event.value}"
-                        entries[number] = Entry(wishes[number], problem=said)
-                if progress is not None:
-                    left = [wishes[n].source for n in order if n not in entries]
-                    what = f"looking at {left[0]}" if left else "writing the page"
-                    progress(len(entries), len(order), what)
-    return [entries[number] for number in range(len(wishes))]
+    order = sorted(range(len(requests)), key=lambda n: -requests[n].frames)
+
+    def make_jobs(_: Path) -> Iterator[Job]:
+        for number in order:
+            limit_s = generation_limit_s(requests[number].frames)
+            yield Job(number, "generate", make_entry, (requests[number],), limit_s)
+
+    def report(ended: int, running: Mapping[int, float]) -> None:
+        if progress is not None:
+            first = next((requests[number].source for number in running), "")
+            title = f"rendering {first}" if first else "writing the page"
+            progress(ended, len(requests), title)
+
+    events = run_all(make_jobs, jobs, report)
+    return [
+        events[number].value
+        if events[number].kind == "done"
+        else Entry(request, problem=f"{request.source}: {events[number].value}")
+        for number, request in enumerate(requests)
+    ]

@@ -1,25 +1,25 @@
-"""What the catalogue says of a scenario, in words and numbers with their units."""
+"""Description of a scenario in the catalogue: text and numbers with their units."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from simbench.report.catalogue.entry import Entry
-from simbench.report.text import count, fixed, share
+from simbench.report.text import count, fixed, percent
 from simbench.scenarios.schema import Floor, Scenario, SumoRoad
 
 __all__ = ["dial_rows", "facts"]
 
 _MOTIONS = {
-    "still": "stands still",
+    "still": "static",
     "follow": "follows the target",
-    "pan": "stands and turns to the target",
-    "drive": "drives",
+    "pan": "pans with the target",
+    "drive": "drives on the road",
 }
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:
-    """Return what a reader wants to know first, as name and value.
+    """Return the main properties of a scenario, as name and value.
 
     Examples
     --------
@@ -67,19 +67,19 @@ def _target(scenario: Scenario) -> str:
     target = scenario.target
     if target.ball is not None:
         return f"{target.ball.colour} ball, {target.ball.speed_mps:g} m/s"
-    if target.choice is not None:
-        return "chosen by rule"
-    told = ", then other speeds or lanes" if target.manoeuvres else ""
-    return f"{target.colour} {target.vehicle_class}, {target.speed_mps:g} m/s{told}"
+    if target.rule is not None:
+        return "selected by a rule"
+    changes = ", with scripted manoeuvres" if target.manoeuvres else ""
+    return f"{target.colour} {target.vehicle_class}, {target.speed_mps:g} m/s{changes}"
 
 
 def _camera(scenario: Scenario) -> str:
     view = scenario.camera
     parts = [f"{view.mount}, {_MOTIONS[view.motion]}"]
     if view.wander_px:
-        parts.append(f"its aim strays by {view.wander_px:g} px")
+        parts.append(f"aim wanders by {view.wander_px:g} px")
     if view.vibration_px:
-        parts.append(f"shakes by {view.vibration_px:g} px")
+        parts.append(f"vibration of {view.vibration_px:g} px")
     return "; ".join(parts)
 
 
@@ -89,28 +89,28 @@ def _light(scenario: Scenario) -> str:
 
 
 def dial_rows(entry: Entry) -> list[tuple[str, str, str]]:
-    """Return dials as name, what was asked for and what is reached, as text."""
-    scenario = entry.wish.scenario
+    """Return name, requested value and achieved value of each dial, as text."""
+    scenario = entry.request.scenario
     dials = {} if isinstance(scenario, str) else scenario.dials.flat()
-    asked = {
-        name: share(value) if name == "occlusion.hidden" else f"{value:g}"
+    requested = {
+        name: percent(value) if name == "occlusion.hidden" else f"{value:g}"
         for name, value in dials.items()
     }
-    reached = _reached(entry.achieved) if entry.achieved else {}
+    achieved = _achieved_texts(entry.achieved) if entry.achieved else {}
     return [
-        (name, asked.get(name, "–"), reached.get(name, "–"))
-        for name in dict.fromkeys([*reached, *asked])
+        (name, requested.get(name, "–"), achieved.get(name, "–"))
+        for name in dict.fromkeys([*achieved, *requested])
     ]
 
 
-def _reached(achieved: Mapping[str, float]) -> dict[str, str]:
+def _achieved_texts(achieved: Mapping[str, float]) -> dict[str, str]:
     middle, low, high = (
         fixed(achieved[f"displacement_px{part}"], 1) for part in ("", ".p05", ".p95")
     )
     shown = {
         "displacement_px": f"{middle} ({low} to {high})",
         "target_px": fixed(achieved["target_px"], 0),
-        "occlusion.hidden": share(achieved["occlusion.hidden"]),
+        "occlusion.hidden": percent(achieved["occlusion.hidden"]),
     }
     if achieved["occlusion.count"]:
         for name in ("occlusion.frames", "occlusion.count"):

@@ -1,7 +1,7 @@
 """A sequence in which all that layouts must tell happens, at places known by head.
 
-A car passes behind a wide pole, leaves the picture on the right and comes back; a
-truck crosses behind the same pole from right to left, and is gone at the end.
+A car passes behind a wide pole, leaves the picture on the right and returns; a
+truck crosses behind the same pole from right to left, and is absent at the end.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from simbench.core.trajectories import Vehicle
 WIDTH, HEIGHT, FRAMES = 48, 32, 12
 RATE_HZ = 10.0
 POLE = range(20, 32)
-"""Columns of the picture that the pole takes."""
+"""Columns of the picture that the pole covers."""
 TARGET_ID, OTHER_ID = 5, 3
 MARGIN = 0.25
-"""How far boxes stand off the pixels on each side, so that they are not whole, px."""
+"""Margin between boxes and pixels on each side, so that they are not whole, px."""
 
 _TARGET_LEFT = (2, 8, 14, 21, 27, 33, 40, 46, None, None, 42, 36)
 _TARGET_TOP, _TARGET_SIZE = 4, (10, 8)

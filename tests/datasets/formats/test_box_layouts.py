@@ -1,4 +1,4 @@
-"""GOT-10k, VOT, OTB and MOT17: which files there are, and what stands in them."""
+"""GOT-10k, VOT, OTB and MOT17: their files and what these contain."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _lines(path: Path) -> list[str]:
     return path.read_text(encoding="utf-8").splitlines()
 
 
-def test_got10k_folder_holds_pictures_labels_and_what_vot_reads(
+def test_got10k_folder_has_pictures_labels_and_files_for_vot(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Got10k().write(staged, "one", tmp_path)
@@ -39,7 +39,7 @@ def test_got10k_folder_holds_pictures_labels_and_what_vot_reads(
     assert names == pictures | LABELS | DESCRIPTIONS
 
 
-def test_got10k_labels_tell_absence_cuts_and_visible_eighths(
+def test_got10k_labels_are_absence_cuts_and_visible_eighths(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Got10k().write(staged, "one", tmp_path)
@@ -58,7 +58,7 @@ def test_got10k_labels_tell_absence_cuts_and_visible_eighths(
     assert boxes[8] == "0.0000,0.0000,0.0000,0.0000"
 
 
-def test_got10k_meta_keeps_the_order_that_pytracking_counts_on(
+def test_got10k_meta_has_the_order_that_pytracking_requires(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Got10k().write(staged, "one", tmp_path)
@@ -78,7 +78,7 @@ def test_got10k_meta_keeps_the_order_that_pytracking_counts_on(
     ]
 
 
-def test_got10k_meta_says_unknown_where_the_vehicles_are(
+def test_got10k_meta_class_is_unknown_without_vehicles(
     staged: Sequence, tmp_path: Path
 ) -> None:
     bare = replace(staged, seed=None, truth=replace(staged.truth, vehicles=None))
@@ -88,7 +88,7 @@ def test_got10k_meta_says_unknown_where_the_vehicles_are(
     assert "url: simbench:staged" in lines
 
 
-def test_vot_folder_holds_pictures_of_their_own_and_tags(
+def test_vot_folder_has_its_own_pictures_and_tags(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Vot().write(staged, "one", tmp_path)
@@ -103,7 +103,7 @@ def test_vot_folder_holds_pictures_of_their_own_and_tags(
     assert (facts["simbench.scenario"], facts["simbench.seed"]) == ("staged", "7")
 
 
-def test_otb_names_are_mapped_to_what_they_stand_for(
+def test_otb_names_are_mapped_to_scenarios_and_seeds(
     staged: Sequence, tmp_path: Path
 ) -> None:
     layout = Otb()
@@ -119,7 +119,7 @@ def test_otb_names_are_mapped_to_what_they_stand_for(
 def test_otb_refuses_a_name_that_its_readers_would_skip(
     staged: Sequence, tmp_path: Path
 ) -> None:
-    with pytest.raises(DatasetError, match="would skip 'poles-0001' without a word"):
+    with pytest.raises(DatasetError, match="would silently skip 'poles-0001'"):
         Otb().write(staged, "poles-0001", tmp_path)
 
 
@@ -132,7 +132,7 @@ def test_otb_refuses_frames_that_its_readers_would_misorder(
     assert not any(tmp_path.iterdir())
 
 
-def test_mot17_rows_count_from_one_and_tell_the_visible_share(
+def test_mot17_rows_count_from_one_and_have_the_visible_fraction(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Mot17().write(staged, "one", tmp_path)
@@ -144,7 +144,7 @@ def test_mot17_rows_count_from_one_and_tell_the_visible_share(
     assert [int(row.split(",")[0]) for row in mine] == [*range(1, 9), 11, 12]
 
 
-def test_mot17_rows_start_and_end_with_the_vehicle_in_sight(
+def test_mot17_rows_start_and_end_with_a_visible_vehicle(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Mot17().write(staged, "one", tmp_path)
@@ -155,7 +155,7 @@ def test_mot17_rows_start_and_end_with_the_vehicle_in_sight(
     assert hidden == [6]
 
 
-def test_mot17_visibility_is_zero_or_one_where_no_share_is_known(
+def test_mot17_visibility_is_zero_or_one_where_unknown(
     staged: Sequence, tmp_path: Path
 ) -> None:
     assert staged.truth.vehicles is not None
@@ -166,7 +166,7 @@ def test_mot17_visibility_is_zero_or_one_where_no_share_is_known(
     assert {row.split(",")[8] for row in rows} == {"0.000000", "1.000000"}
 
 
-def test_mot17_says_beside_the_truth_what_its_pedestrians_really_are(
+def test_mot17_lists_the_classes_of_vehicles_beside_the_truth(
     staged: Sequence, tmp_path: Path
 ) -> None:
     Mot17().write(staged, "one", tmp_path)

@@ -38,13 +38,13 @@ def _files(root: Path) -> dict[str, bytes]:
 
 
 class OneByOne(collections.abc.Sequence[Frame]):
-    """Frames that notice who holds more than one of them at a time."""
+    """Frames that record when more than one of them is in memory."""
 
     def __init__(self, frames: collections.abc.Sequence[Frame]) -> None:
         self._frames = frames
         self._given: list[weakref.ref[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]]
         self._given = []
-        self.asked: list[int] = []
+        self.requested: list[int] = []
         self.most_alive = 0
 
     def __len__(self) -> int:
@@ -59,13 +59,13 @@ class OneByOne(collections.abc.Sequence[Frame]):
         frame = self._frames[index]
         image = frame.image.copy()
         self._given.append(weakref.ref(image))
-        self.asked.append(index)
+        self.requested.append(index)
         alive = sum(one() is not None for one in self._given)
         self.most_alive = max(self.most_alive, alive)
         return replace(frame, image=image)
 
 
-def test_known_names_are_these() -> None:
+def test_names_of_layouts() -> None:
     assert set(FORMATS) == {"native", "vot", "otb", *DIVIDED}
 
 
@@ -83,7 +83,7 @@ def test_unknown_layout_is_an_error_that_names_the_known_ones() -> None:
 
 @pytest.mark.parametrize("layout_name", DIVIDED)
 @pytest.mark.parametrize("split", SPLITS)
-def test_split_stands_in_the_paths(
+def test_split_is_in_the_paths(
     layout_name: str, split: str, staged: Sequence, tmp_path: Path
 ) -> None:
     layout = find_format(layout_name, split)
@@ -93,7 +93,7 @@ def test_split_stands_in_the_paths(
     assert words & set(SPLITS) == {split}
 
 
-def test_split_is_train_in_mot17_and_val_elsewhere_when_nothing_is_said() -> None:
+def test_default_split_is_train_in_mot17_and_val_elsewhere() -> None:
     assert find_format("mot17") == find_format("mot17", "train")
     assert find_format("got10k") == find_format("got10k", "val")
 
@@ -104,8 +104,8 @@ def test_unknown_split_is_an_error() -> None:
 
 
 @pytest.mark.parametrize("layout_name", ["native", "vot", "otb"])
-def test_split_is_an_error_where_the_layout_knows_none(layout_name: str) -> None:
-    with pytest.raises(DatasetError, match=f"format {layout_name}: .* not divided"):
+def test_split_is_an_error_where_the_layout_has_none(layout_name: str) -> None:
+    with pytest.raises(DatasetError, match=f"format {layout_name}: .* have no splits"):
         find_format(layout_name, "val")
 
 
@@ -123,7 +123,7 @@ def test_same_sequence_gives_the_same_bytes(
 
 
 @EVERY
-def test_index_is_the_same_from_entries_that_went_through_json(
+def test_index_is_the_same_from_entries_read_from_json(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
     layout = find_format(layout_name)
@@ -150,7 +150,7 @@ def test_index_keeps_the_order_of_the_data_set(
 
 
 @EVERY
-def test_index_files_are_none_that_a_sequence_wrote(
+def test_index_files_are_not_files_of_a_sequence(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
     layout = find_format(layout_name)
@@ -160,14 +160,14 @@ def test_index_files_are_none_that_a_sequence_wrote(
 
 
 @EVERY
-def test_pictures_are_asked_for_once_and_held_one_at_a_time(
+def test_pictures_are_read_once_and_kept_one_at_a_time(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
     frames = OneByOne(staged.frames)
     find_format(layout_name).write(
         replace(staged, frames=frames), _name(layout_name), tmp_path
     )
-    assert frames.asked == list(range(len(staged)))
+    assert frames.requested == list(range(len(staged)))
     # the one that is being written and the one that follows it
     assert frames.most_alive <= 2
 
@@ -176,29 +176,29 @@ def test_pictures_are_asked_for_once_and_held_one_at_a_time(
 def test_pictures_of_a_folder_are_copied_to_the_byte_and_never_decoded(
     layout_name: str, staged: Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_sequence(tmp_path / "film", staged)
-    film = read_sequence(tmp_path / "film")
-    monkeypatch.delattr(frame_folder, "_read_image")
+    write_sequence(tmp_path / "recorded", staged)
+    recorded = read_sequence(tmp_path / "recorded")
+    monkeypatch.delattr(frame_folder, "decoded_picture")
     root = tmp_path / "root"
-    find_format(layout_name).write(film, _name(layout_name), root)
+    find_format(layout_name).write(recorded, _name(layout_name), root)
     pictures = sorted(
         path
         for path in root.rglob("*")
         if path.suffix in (".jpg", ".png") and "Annotations" not in path.parts
     )
-    originals = sorted((tmp_path / "film" / "frames").iterdir())
+    originals = sorted((tmp_path / "recorded" / "frames").iterdir())
     assert [p.read_bytes() for p in pictures] == [p.read_bytes() for p in originals]
 
 
 @EVERY
-def test_vanished_picture_is_an_error_that_names_it(
+def test_missing_picture_is_an_error_that_names_it(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
-    write_sequence(tmp_path / "film", staged)
-    film = read_sequence(tmp_path / "film")
-    (tmp_path / "film" / "frames" / "000005.png").unlink()
-    with pytest.raises(DatasetError, match=r"000005\.png: wanted a picture"):
-        find_format(layout_name).write(film, _name(layout_name), tmp_path / "root")
+    write_sequence(tmp_path / "recorded", staged)
+    recorded = read_sequence(tmp_path / "recorded")
+    (tmp_path / "recorded" / "frames" / "000005.png").unlink()
+    with pytest.raises(DatasetError, match=r"000005\.png: expected a picture"):
+        find_format(layout_name).write(recorded, _name(layout_name), tmp_path / "root")
 
 
 @EVERY
@@ -211,11 +211,11 @@ def test_unwritable_root_is_an_error_that_names_the_place(
 
 
 @pytest.mark.parametrize("layout_name", ["mot17", "davis", "youtube-vis", "coco"])
-def test_layout_about_vehicles_refuses_a_sequence_that_knows_its_target_only(
+def test_layout_of_vehicles_refuses_a_sequence_with_truth_of_its_target_only(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
     bare = replace(staged, truth=replace(staged.truth, vehicles=None))
-    with pytest.raises(DatasetError, match=f"format {layout_name}: staged: wanted"):
+    with pytest.raises(DatasetError, match=f"format {layout_name}: staged: expected"):
         find_format(layout_name).write(bare, "one", tmp_path)
     assert not _files(tmp_path)
 
@@ -227,18 +227,18 @@ def test_layout_of_masks_refuses_a_sequence_without_masks(
     assert staged.truth.vehicles is not None
     vehicles = replace(staged.truth.vehicles, masks=())
     bare = replace(staged, truth=replace(staged.truth, vehicles=vehicles))
-    with pytest.raises(DatasetError, match="wanted an instance mask of every vehicle"):
+    with pytest.raises(DatasetError, match="expected an instance mask"):
         find_format(layout_name).write(bare, "one", tmp_path)
 
 
 @pytest.mark.parametrize("layout_name", ["otb", "davis", "youtube-vis", "coco"])
-def test_index_that_walks_twice_refuses_an_iterator(layout_name: str) -> None:
+def test_index_that_reads_entries_twice_refuses_an_iterator(layout_name: str) -> None:
     with pytest.raises(ValueError, match="give no iterator"):
         list(find_format(layout_name).index(iter([])))
 
 
 @EVERY
-def test_native_is_exact_and_others_take_recorded_sequences_too(
+def test_native_is_exact_and_others_accept_recorded_sequences(
     layout_name: str, staged: Sequence, tmp_path: Path
 ) -> None:
     recorded = replace(staged, seed=None, scenario=None)
@@ -249,7 +249,7 @@ def test_native_is_exact_and_others_take_recorded_sequences_too(
         np.testing.assert_array_equal(again.frames[3].image, staged.frames[3].image)
 
 
-def test_name_is_kept_where_the_readers_take_any() -> None:
+def test_name_is_kept_where_readers_accept_any() -> None:
     assert sequence_name(find_format("got10k"), 500, "poles-0500") == "poles-0500"
 
 

@@ -14,13 +14,13 @@ from simbench.datasets.formats.labels import anchors, box_lines, cover, occluded
 
 def _truth(shares: list[float], *, absent: tuple[int, ...] = ()) -> Truth:
     count = len(shares)
-    gone = np.isin(np.arange(count), absent)
-    boxes = np.where(gone[:, None], np.nan, [[4.0, 6.0, 8.0, 8.0]] * count)
+    is_absent = np.isin(np.arange(count), absent)
+    boxes = np.where(is_absent[:, None], np.nan, [[4.0, 6.0, 8.0, 8.0]] * count)
     return Truth(
         boxes=boxes,
         visible_boxes=boxes,
         visible_fraction=np.array(shares),
-        absent=gone,
+        absent=is_absent,
         cut_by_image=np.zeros(count, np.bool_),
         displacement_px=np.zeros(count),
         occluders=("",) * count,
@@ -55,7 +55,7 @@ def test_occluded_is_neither_an_absent_target_nor_a_thinly_covered_one() -> None
     assert occluded(truth).tolist() == [False, False, True, True, False]
 
 
-def test_staged_labels_are_those_known_by_head(staged: Sequence) -> None:
+def test_staged_labels_are_as_computed_by_hand(staged: Sequence) -> None:
     levels = [8, 8, 5, 0, 4, 8, 8, 8, 0, 0, 8, 8]
     assert cover(staged.truth).tolist() == levels
 
@@ -69,12 +69,12 @@ def test_box_without_a_target_has_no_area() -> None:
     assert box_lines(np.full((1, 4), np.nan)) == "0.0000,0.0000,0.0000,0.0000\n"
 
 
-def test_box_a_hair_left_of_the_picture_has_no_minus_zero() -> None:
+def test_box_slightly_left_of_the_picture_has_no_minus_zero() -> None:
     line = box_lines(np.array([[-0.00001, 0.0, 1.0, 1.0]]))
     assert line == "0.0000,0.0000,1.0000,1.0000\n"
 
 
-def test_anchors_stand_every_fifty_frames_and_run_the_longer_way() -> None:
+def test_anchors_are_every_fifty_frames_and_run_the_longer_way() -> None:
     found = anchors(_truth([1.0] * 120))
     assert {int(i): int(found[i]) for i in np.flatnonzero(found)} == {
         0: 1,
@@ -84,7 +84,7 @@ def test_anchors_stand_every_fifty_frames_and_run_the_longer_way() -> None:
     }
 
 
-def test_anchor_is_left_out_where_the_target_is_not_whole_in_plain_view() -> None:
+def test_anchor_is_left_out_where_the_target_is_cut_or_hidden() -> None:
     truth = _truth([1.0] * 50 + [0.6] + [1.0] * 69, absent=(119,))
     cut = truth.cut_by_image.copy()
     cut[100] = True

@@ -20,11 +20,9 @@ from PIL import Image
 from simbench.core.errors import DatasetError
 from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence
-from simbench.datasets.formats.coco import Coco
+from simbench.datasets.formats.coco import Coco, YoutubeVis
 from simbench.datasets.formats.davis import Davis
-from simbench.datasets.formats.indexed_png import indexed_png
-from simbench.datasets.formats.masks import segmentation, tight_box
-from simbench.datasets.formats.youtube_vis import YoutubeVis
+from simbench.datasets.formats.masks import indexed_png, segmentation, tight_box
 from tests.datasets.formats.staged_sequence import (
     ABSENT,
     FRAMES,
@@ -45,18 +43,18 @@ def _read(layout: Coco | YoutubeVis, *entries: dict[str, Any]) -> dict[str, Any]
 
 
 @given(MASKS)
-def test_runs_go_down_the_columns_and_give_the_mask_back(
+def test_segmentation_runs_down_the_columns(
     pixels: NDArray[np.bool_],
 ) -> None:
-    told = segmentation(Mask.from_array(pixels))
-    values = np.arange(len(told["counts"])) % 2 == 1
-    columns = np.repeat(values, told["counts"])
-    assert told["size"] == list(pixels.shape)
+    encoded = segmentation(Mask.from_array(pixels))
+    values = np.arange(len(encoded["counts"])) % 2 == 1
+    columns = np.repeat(values, encoded["counts"])
+    assert encoded["size"] == list(pixels.shape)
     np.testing.assert_array_equal(columns.reshape(pixels.shape[::-1]).T, pixels)
 
 
 @given(MASKS.filter(np.any))
-def test_tight_box_holds_all_pixels_and_touches_some_on_each_side(
+def test_tight_box_has_all_pixels_and_touches_some_on_each_side(
     pixels: NDArray[np.bool_],
 ) -> None:
     left, top, width, height = tight_box(Mask.from_array(pixels))
@@ -67,7 +65,7 @@ def test_tight_box_holds_all_pixels_and_touches_some_on_each_side(
 
 
 @given(arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9))))
-def test_indexed_png_gives_the_numbers_back(image: NDArray[np.uint8]) -> None:
+def test_indexed_png_decodes_to_the_same_numbers(image: NDArray[np.uint8]) -> None:
     with Image.open(io.BytesIO(indexed_png(image))) as picture:
         assert picture.mode == "P"
         np.testing.assert_array_equal(np.asarray(picture), image)
@@ -142,7 +140,7 @@ def test_youtube_vis_tracks_have_an_item_a_frame_and_null_without_a_pixel(
     assert names[other["category_id"]] == "truck"
 
 
-def test_coco_holds_every_visible_vehicle_of_every_picture(
+def test_coco_has_every_visible_vehicle_of_every_picture(
     staged: Sequence, tmp_path: Path
 ) -> None:
     entry = Coco().write(staged, "one", tmp_path)
@@ -159,7 +157,7 @@ def test_coco_holds_every_visible_vehicle_of_every_picture(
 
 
 @pytest.mark.parametrize("make", [Coco, YoutubeVis])
-def test_numbers_are_unique_over_all_sequences_and_point_to_the_right_one(
+def test_numbers_are_unique_over_all_sequences_and_refer_to_the_right_one(
     make: Callable[[], Coco | YoutubeVis], staged: Sequence, tmp_path: Path
 ) -> None:
     layout = make()
@@ -177,7 +175,7 @@ def test_numbers_are_unique_over_all_sequences_and_point_to_the_right_one(
 
 
 @pytest.mark.parametrize("make", [Coco, YoutubeVis])
-def test_classes_that_nothing_belongs_to_are_not_told(
+def test_classes_without_members_are_not_listed(
     make: Callable[[], Coco | YoutubeVis], staged: Sequence, tmp_path: Path
 ) -> None:
     read = _read(make(), make().write(staged, "one", tmp_path))

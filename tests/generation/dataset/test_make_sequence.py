@@ -1,4 +1,4 @@
-"""One sequence on its way: whole or not there, whenever it is cut short."""
+"""Delivery of one sequence: complete or absent, whenever it is interrupted."""
 
 from __future__ import annotations
 
@@ -13,34 +13,44 @@ import pytest
 
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.datasets.store import FolderStore
-from simbench.generation.dataset import make_sequence as one_sequence
-from simbench.generation.dataset.make_sequence import SequenceJob, deliver, produce
+from simbench.generation.dataset import make_sequence as module
+from simbench.generation.dataset.make_sequence import (
+    SequenceJob,
+    deliver,
+    make_sequence,
+)
 from simbench.generation.dataset.request import DatasetRequest, spread
-from simbench.generation.dataset.resume import find_existing, tidy
+from simbench.generation.dataset.resume import find_existing, remove_unfinished
 from tests.datasets.entries import KEY, put_entry, put_file
 from tests.generation.dataset.small_recipe import small_recipe
 
-WANTED = DatasetRequest(spread([small_recipe()], 1), "got10k")
-(WISH,) = WANTED
-PICTURE = f"val/{WISH.name}/1.jpg"
-TRUTH = f"truth/{WISH.name}/boxes"
+REQUEST = DatasetRequest(spread([small_recipe()], 1), "got10k")
+(SEQUENCE,) = REQUEST
+PICTURE = f"val/{SEQUENCE.name}/1.jpg"
+TRUTH = f"truth/{SEQUENCE.name}/boxes"
 
 
-def order(place: Path, *replaces: str) -> SequenceJob:
-    scenario = WISH.recipe.scenario(WISH.seed)
+def job_for(place: Path, *replaces: str) -> SequenceJob:
+    scenario = SEQUENCE.recipe.scenario(SEQUENCE.seed)
     how = "got10k", "", ()
     return SequenceJob(
-        WISH.name, WISH.key, scenario, WISH.seed, *how, str(place), replaces=replaces
+        SEQUENCE.name,
+        SEQUENCE.key,
+        scenario,
+        SEQUENCE.seed,
+        *how,
+        str(place),
+        replaces=replaces,
     )
 
 
 @pytest.fixture
 def made(tmp_path: Path) -> Path:
-    """Return what `produce` leaves of a sequence, of two files."""
+    """Return the root that `make_sequence` delivers, with two files."""
     root = tmp_path / "root"
     put_file(root, PICTURE, "new")
     put_file(root, TRUTH, "new")
-    entry = put_entry(root, WISH.name, WISH.key)
+    entry = put_entry(root, SEQUENCE.name, SEQUENCE.key)
     (root / entry).replace(root / "entry.json")
     (root / "entries").rmdir()
     return root
@@ -56,8 +66,10 @@ def files(store: FolderStore) -> set[str]:
     return {path.relative_to(store.path).as_posix() for path in found}
 
 
-def test_entry_tells_the_bytes_of_every_file(made: Path, store: FolderStore) -> None:
-    deliver(made, store, order(store.path))
+def test_entry_lists_size_and_digest_of_every_file(
+    made: Path, store: FolderStore
+) -> None:
+    deliver(made, store, job_for(store.path))
     (entry,) = (json.loads(p.read_text()) for p in store.path.glob("entries/*.json"))
     assert entry["files"] == [TRUTH, PICTURE]
     assert entry["bytes"] == 6
@@ -65,84 +77,86 @@ def test_entry_tells_the_bytes_of_every_file(made: Path, store: FolderStore) -> 
     assert entry["sha256"] == {TRUTH: digest, PICTURE: digest}
 
 
-def test_files_of_a_list_that_was_cut_off_go_though_nothing_speaks_of_them(
+def test_files_of_a_truncated_list_are_removed_though_no_entry_lists_them(
     made: Path, store: FolderStore
 ) -> None:
-    put_file(store.path, f"val/{WISH.name}/2.jpg", "of a longer one, long ago")
+    put_file(store.path, f"val/{SEQUENCE.name}/2.jpg", "of a longer, older one")
     put_file(store.path, "val/small-0001/2.jpg", "of another one")
-    part = put_file(store.path, f"entries/{WISH.name}.{WISH.key}.part", "")
-    deliver(made, store, order(store.path, part))
-    entry = f"entries/{WISH.name}.{WISH.key}.json"
+    part = put_file(store.path, f"entries/{SEQUENCE.name}.{SEQUENCE.key}.part", "")
+    deliver(made, store, job_for(store.path, part))
+    entry = f"entries/{SEQUENCE.name}.{SEQUENCE.key}.json"
     assert files(store) == {PICTURE, TRUTH, entry, "val/small-0001/2.jpg"}
 
 
-def test_work_that_another_one_did_is_left_alone(
+def test_sequence_that_another_worker_delivered_is_kept(
     made: Path, store: FolderStore
 ) -> None:
-    put_entry(store.path, WISH.name, WISH.key)
-    put_file(store.path, PICTURE, "of the one that was faster")
-    deliver(made, store, order(store.path))
-    assert (store.path / PICTURE).read_text() == "of the one that was faster"
+    put_entry(store.path, SEQUENCE.name, SEQUENCE.key)
+    put_file(store.path, PICTURE, "of the faster worker")
+    deliver(made, store, job_for(store.path))
+    assert (store.path / PICTURE).read_text() == "of the faster worker"
     assert not (store.path / TRUTH).exists()
 
 
 class Killed(BaseException):
-    """What nobody catches."""
+    """An exception that is caught nowhere."""
 
 
 class Dying(FolderStore):
-    """A folder whose process is killed after so many changes to it."""
+    """A folder whose process is killed after a number of changes to it."""
 
     def __init__(self, path: Path, after: int) -> None:
         super().__init__(path)
         self.left = after
 
-    def take(self, files: Mapping[str, Path]) -> None:
+    def put(self, files: Mapping[str, Path]) -> None:
         for path, local in files.items():
-            self._one_more()
-            super().take({path: local})
+            self._count()
+            super().put({path: local})
 
     def remove(self, paths: Iterable[str]) -> None:
         for path in paths:
-            self._one_more()
+            self._count()
             super().remove([path])
 
-    def _one_more(self) -> None:
+    def _count(self) -> None:
         self.left -= 1
         if self.left < 0:
             raise Killed
 
 
 @pytest.mark.parametrize("after", range(10))
-@pytest.mark.parametrize("old_key", [None, KEY, WISH.key])
-def test_sequence_is_old_or_new_or_gone_whenever_the_process_is_killed(
+@pytest.mark.parametrize("old_key", [None, KEY, SEQUENCE.key])
+def test_sequence_is_old_or_new_or_absent_whenever_the_process_is_killed(
     made: Path, store: FolderStore, old_key: str | None, after: int
 ) -> None:
-    old = f"val/{WISH.name}/0.jpg"
+    old = f"val/{SEQUENCE.name}/0.jpg"
     old_entry: tuple[str, ...] = ()
-    if old_key == WISH.key:  # cut off: of the same key only what is damaged is replaced
-        entry = put_file(store.path, f"entries/{WISH.name}.{WISH.key}.json", "")
+    if (
+        old_key == SEQUENCE.key
+    ):  # truncated: of the same key only damaged files are replaced
+        entry = put_file(store.path, f"entries/{SEQUENCE.name}.{SEQUENCE.key}.json", "")
         old_entry = (entry,)
     elif old_key is not None:
-        old_entry = (put_entry(store.path, WISH.name, old_key),)
+        old_entry = (put_entry(store.path, SEQUENCE.name, old_key),)
     if old_entry:
         put_file(store.path, old, "old")
     try:
-        deliver(made, Dying(store.path, after), order(store.path, *old_entry))
+        deliver(made, Dying(store.path, after), job_for(store.path, *old_entry))
     except Killed:
-        tidy(store)
-    entry = f"entries/{WISH.name}.{WISH.key}.json"
+        remove_unfinished(store)
+    entry = f"entries/{SEQUENCE.name}.{SEQUENCE.key}.json"
     assert files(store) in (
         {PICTURE, TRUTH, entry},
         {old, *old_entry} if old_entry else set(),
         set(),
     )
     is_new = (store.path / PICTURE).exists()
-    assert (find_existing(store, WANTED).finished == {WISH.name}) == is_new
+    assert (find_existing(store, REQUEST).finished == {SEQUENCE.name}) == is_new
 
 
 def _fails(error: Exception) -> None:
-    """Raise an error as writers do: in other words, its cause behind it."""
+    """Raise an error as writers do: a `DatasetError` with the cause as context."""
     if not isinstance(error, OSError):
         raise error
     try:
@@ -158,12 +172,12 @@ def _fails(error: Exception) -> None:
         pytest.param(OSError(errno.EDQUOT, "quota"), "stop", id="full quota"),
         pytest.param(OSError(errno.EROFS, "read-only"), "stop", id="read-only"),
         pytest.param(OSError(errno.EIO, "broken"), "stop", id="broken disk"),
-        pytest.param(OSError(errno.ENAMETOOLONG, "long"), "lost", id="name"),
-        pytest.param(ScenarioError("no such lane"), "lost", id="scenario"),
+        pytest.param(OSError(errno.ENAMETOOLONG, "long"), "failed", id="name"),
+        pytest.param(ScenarioError("no such lane"), "failed", id="scenario"),
     ],
 )
 @pytest.mark.parametrize("is_wrapped", [True, False])
-def test_only_a_disk_that_fails_stops_the_others(
+def test_only_a_disk_fault_stops_the_production(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     error: Exception,
@@ -175,30 +189,30 @@ def test_only_a_disk_that_fails_stops_the_others(
             _fails(error)
         raise error
 
-    monkeypatch.setattr(one_sequence, "_make", fail)
-    found, reason = produce(order(tmp_path / "out"), lambda *_: None)
+    monkeypatch.setattr(module, "_generate", fail)
+    found, reason = make_sequence(job_for(tmp_path / "out"), lambda *_: None)
     assert found == result
     assert reason and "\n" not in reason
 
 
-def test_error_that_is_its_own_cause_is_told(
+def test_error_that_is_its_own_cause_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
         error = ScenarioError("nothing in sight")
         raise error from error
 
-    monkeypatch.setattr(one_sequence, "_make", fail)
-    found = produce(order(tmp_path / "out"), lambda *_: None)
-    assert found == ("lost", "nothing in sight")
+    monkeypatch.setattr(module, "_generate", fail)
+    found = make_sequence(job_for(tmp_path / "out"), lambda *_: None)
+    assert found == ("failed", "nothing in sight")
 
 
-def test_no_room_for_the_temporary_folder_stops_the_others(
+def test_no_space_for_the_temporary_folder_stops_the_production(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "mkdir", full)
-    found, reason = produce(order(tmp_path / "out"), lambda *_: None)
+    found, reason = make_sequence(job_for(tmp_path / "out"), lambda *_: None)
     assert (found, "No space left" in reason) == ("stop", True)

@@ -1,4 +1,4 @@
-"""What a data set says of itself: refused in one line where it is damaged."""
+"""Manifest and entries of a data set: damaged ones are refused in one line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import pytest
 
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import FolderStore
-from simbench.generation.dataset.manifest import Entries, Record, read_record
+from simbench.generation.dataset.make_sequence import put_json
+from simbench.generation.dataset.manifest import (
+    MANIFEST,
+    Entries,
+    new_manifest,
+    read_manifest,
+)
 from simbench.generation.dataset.produce import produce_dataset
 from simbench.generation.dataset.request import DatasetRequest, spread
 from tests.datasets.entries import KEY, put_entry
@@ -21,7 +27,7 @@ from tests.generation.dataset.small_recipe import small_recipe
     [
         pytest.param(
             DatasetRequest(spread([small_recipe()], 1), "vot"),
-            "format 'otb', asked for 'vot'",
+            "format 'otb', expected 'vot'",
             id="format",
         ),
         pytest.param(
@@ -35,11 +41,10 @@ def test_data_set_that_cannot_be_added_to_is_left_alone(
     tmp_path: Path, other: DatasetRequest, words: str
 ) -> None:
     store = FolderStore(tmp_path)
-    Record.begun(
-        store, DatasetRequest(spread([small_recipe()], 1), "otb"), "first"
-    ).write()
+    first = DatasetRequest(spread([small_recipe()], 1), "otb")
+    put_json(store, MANIFEST, new_manifest(store, first, "first"))
     with pytest.raises(DatasetError, match=words):
-        Record.begun(store, other, "second")
+        new_manifest(store, other, "second")
 
 
 @pytest.mark.parametrize(
@@ -47,7 +52,7 @@ def test_data_set_that_cannot_be_added_to_is_left_alone(
     [
         pytest.param("", "not valid JSON", id="empty"),
         pytest.param("{", "not valid JSON", id="broken"),
-        pytest.param("[]", "wanted a mapping", id="no mapping"),
+        pytest.param("[]", "expected a mapping", id="no mapping"),
         pytest.param('{"layout": 99}', "layout: Input should be 1", id="version"),
         pytest.param(
             '{"layout": 1, "split": "", "channels": [], "productions": []}',
@@ -62,7 +67,7 @@ def test_data_set_that_cannot_be_added_to_is_left_alone(
         ),
     ],
 )
-def test_damaged_record_is_refused_in_one_line(
+def test_damaged_manifest_is_refused_in_one_line(
     tmp_path: Path, text: str, words: str
 ) -> None:
     (tmp_path / "dataset.json").write_text(text)
@@ -73,12 +78,12 @@ def test_damaged_record_is_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
-def test_licence_stays_until_another_is_declared(tmp_path: Path) -> None:
+def test_licence_is_kept_until_another_is_declared(tmp_path: Path) -> None:
     store = FolderStore(tmp_path)
-    wanted = DatasetRequest(spread([small_recipe()], 1))
+    request = DatasetRequest(spread([small_recipe()], 1))
     for declared, kept in (("", ""), ("CC0", "CC0"), ("", "CC0"), ("MIT", "MIT")):
-        Record.begun(store, wanted, "x", declared).write()
-        assert read_record(store)["licence"] == kept
+        put_json(store, MANIFEST, new_manifest(store, request, "x", declared))
+        assert read_manifest(store)["licence"] == kept
 
 
 def test_entries_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
@@ -87,11 +92,11 @@ def test_entries_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
     (tmp_path / "entries" / f"a-0004.{KEY}.part").write_text("[]")
     entries = Entries(FolderStore(tmp_path))
     assert len(entries) == 3
-    for _ in range(2):  # a layout may walk through them again
+    for _ in range(2):  # a layout may iterate again
         assert [entry["seed"] for entry in entries] == [3, 9999, 10000]
 
 
-def test_files_of_other_names_are_no_entries(tmp_path: Path) -> None:
+def test_files_with_other_names_are_ignored(tmp_path: Path) -> None:
     put_entry(tmp_path, "a-0000")
     for name in ("notes.json", "a-0001.json", f"a-0002.{KEY}.json.bak"):
         (tmp_path / "entries" / name).write_text("{}")

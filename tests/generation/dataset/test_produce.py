@@ -1,4 +1,4 @@
-"""Data sets: whole whatever happens on the way, and the same however they are made."""
+"""Data sets: complete after interruptions, and independent of how they are made."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from simbench.datasets.formats.got10k import Got10k
 from simbench.datasets.native import read_sequence
 from simbench.datasets.store import FolderStore, open_store
 from simbench.generation.dataset.make_sequence import ENTRIES
-from simbench.generation.dataset.manifest import Entries, read_record
+from simbench.generation.dataset.manifest import Entries, read_manifest
 from simbench.generation.dataset.produce import (
     ProductionResult,
     _scratch,
     produce_dataset,
 )
-from simbench.generation.dataset.request import Batch, DatasetRequest, spread
+from simbench.generation.dataset.request import DatasetRequest, SeededRecipe, spread
 from simbench.generation.generate import generate
 from simbench.scenarios.files.recipe import Recipe
 from tests.blind_scenario import blind_smoke
@@ -34,13 +34,13 @@ ROOT = Path(__file__).parents[3]
 
 
 def produced(
-    wanted: DatasetRequest, out: Path | str, jobs: int = 1
+    requested: DatasetRequest, out: Path | str, jobs: int = 1
 ) -> ProductionResult:
-    return produce_dataset(wanted, str(out), command="as typed", jobs=jobs)
+    return produce_dataset(requested, str(out), command="as typed", jobs=jobs)
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """Return the files of a data set but what tells when it was made."""
+    """Return the files of a data set without those that hold times."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in folder.rglob("*")
@@ -49,61 +49,63 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def wanted() -> DatasetRequest:
-    drawn = small_recipe("drawn", target={"lane": {"choice": [0, 1]}, "along_m": 40})
-    return DatasetRequest(spread([small_recipe(), drawn], 3), "got10k")
+def requested() -> DatasetRequest:
+    sampled = small_recipe(
+        "sampled", target={"lane": {"choice": [0, 1]}, "along_m": 40}
+    )
+    return DatasetRequest(spread([small_recipe(), sampled], 3), "got10k")
 
 
 @pytest.fixture(scope="module")
-def made(wanted: DatasetRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(requested: DatasetRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("made") / "out"
-    assert produced(wanted, out) == ProductionResult(made=3, kept=0, lost={})
+    assert produced(requested, out) == ProductionResult(made=3, kept=0, failed={})
     return out
 
 
 @pytest.mark.gl
 @pytest.mark.sumo
 class TestDataset:
-    """One that was made without a hitch."""
+    """A data set that was made without interruption."""
 
-    def test_holds_what_generating_and_writing_each_by_itself_gives(
-        self, made: Path, wanted: DatasetRequest, tmp_path: Path
+    def test_equals_sequences_generated_and_written_one_by_one(
+        self, made: Path, requested: DatasetRequest, tmp_path: Path
     ) -> None:
-        for wish in wanted:
-            sequence = generate(wish.recipe.scenario(wish.seed), wish.seed)
-            Got10k().write(sequence, wish.name, tmp_path)
+        for one in requested:
+            sequence = generate(one.recipe.scenario(one.seed), one.seed)
+            Got10k().write(sequence, one.name, tmp_path)
         alone = content(tmp_path)
         assert len(alone) > 30
         assert alone.items() <= content(made).items()
 
     def test_names_every_sequence_in_its_index(self, made: Path) -> None:
         names = (made / "val" / "list.txt").read_text().split()
-        assert names == ["drawn-0000", "small-0000", "small-0001"]
+        assert names == ["sampled-0000", "small-0000", "small-0001"]
         assert {path.name for path in (made / "truth").iterdir()} == set(names)
 
-    def test_says_what_is_in_it_and_how_to_make_it_again(
-        self, made: Path, wanted: DatasetRequest
+    def test_records_its_contents_and_how_to_make_it_again(
+        self, made: Path, requested: DatasetRequest
     ) -> None:
-        record = read_record(FolderStore(made))
-        assert (record["format"], record["sequences"]) == ("got10k", 3)
-        (production,) = record["productions"]
+        manifest = read_manifest(FolderStore(made))
+        assert (manifest["format"], manifest["sequences"]) == ("got10k", 3)
+        (production,) = manifest["productions"]
         assert production["finished"] is True
         assert production["command"] == "as typed"
-        recipes = {one["label"]: one for one in production["recipes"]}
+        recipes = {recipe["label"]: recipe for recipe in production["recipes"]}
         assert recipes["small"]["seeds"] == "0:2"
-        assert recipes["drawn"]["content"]["target"]["lane"] == {"choice": [0, 1]}
+        assert recipes["sampled"]["content"]["target"]["lane"] == {"choice": [0, 1]}
         assert "as typed" in (made / "CARD.md").read_text()
         assert json.loads((made / "card.json").read_text())["sequences"] == 3
 
     def test_entry_holds_scenario_seed_digests_and_files(
-        self, made: Path, wanted: DatasetRequest
+        self, made: Path, requested: DatasetRequest
     ) -> None:
         entries = {entry["name"]: entry for entry in Entries(FolderStore(made))}
-        for wish in wanted:
-            entry = entries[wish.name]
-            scenario = wish.recipe.scenario(wish.seed)
+        for one in requested:
+            entry = entries[one.name]
+            scenario = one.recipe.scenario(one.seed)
             assert entry["scenario"] == scenario.model_dump(mode="json")
-            assert entry["seed"] == wish.seed
+            assert entry["seed"] == one.seed
             assert set(entry["digests"]) == {"trajectories", "truth", "ids", "frames"}
             sizes = [(made / path).stat().st_size for path in entry["files"]]
             assert entry["bytes"] == sum(sizes)
@@ -113,38 +115,38 @@ class TestDataset:
         beside = {"CARD.md", "card.json", "dataset.json", ".lock"}
         assert names == {"val", "truth", "entries"} | beside
 
-    def test_is_the_same_bytes_from_two_processes_in_another_order(
-        self, made: Path, wanted: DatasetRequest, tmp_path: Path
+    def test_is_bit_identical_from_two_processes_in_another_order(
+        self, made: Path, requested: DatasetRequest, tmp_path: Path
     ) -> None:
         out = tmp_path / "out"
-        turned = DatasetRequest(tuple(reversed(wanted.batches)), "got10k")
-        assert produced(turned, out, jobs=2).made == 3
+        reversed_request = DatasetRequest(tuple(reversed(requested.recipes)), "got10k")
+        assert produced(reversed_request, out, jobs=2).made == 3
         assert content(out) == content(made)
 
-    def test_is_the_same_bytes_in_memory(
-        self, made: Path, wanted: DatasetRequest, tmp_path: Path
+    def test_is_bit_identical_in_memory(
+        self, made: Path, requested: DatasetRequest, tmp_path: Path
     ) -> None:
-        produced(wanted, "memory://production")
+        produced(requested, "memory://production")
         memory = fsspec.filesystem("memory")
         found = memory.find("/production")
         memory.get(found, [str(tmp_path / path[1:]) for path in found])
         memory.rm("/production", recursive=True)
         assert content(tmp_path / "production") == content(made)
 
-    def test_asked_for_again_is_left_alone(
-        self, made: Path, wanted: DatasetRequest
+    def test_is_unchanged_when_requested_again(
+        self, made: Path, requested: DatasetRequest
     ) -> None:
         before = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
-        assert produced(wanted, made) == ProductionResult(made=0, kept=3, lost={})
+        assert produced(requested, made) == ProductionResult(made=0, kept=3, failed={})
         after = {p: p.stat().st_mtime_ns for p in (made / "val").rglob("*.jpg")}
         assert before == after
-        assert len(read_record(FolderStore(made))["productions"]) == 1
+        assert len(read_manifest(FolderStore(made))["productions"]) == 1
 
 
 @pytest.mark.gl
 @pytest.mark.sumo
 @pytest.mark.slow
-def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
+def test_dataset_is_extended_and_outdated_sequences_are_replaced(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "out"
@@ -156,35 +158,37 @@ def test_dataset_grows_and_what_is_made_otherwise_is_replaced_whole(
     outcome = produce_dataset(
         DatasetRequest(spread(then, 3)), str(out), command="then", replace=True
     )
-    assert outcome == ProductionResult(made=2, kept=1, lost={}, again=1)
+    assert outcome == ProductionResult(made=2, kept=1, failed={}, replaced=1)
     names = ["longer-0000", "new-0000", "same-0000"]
     assert (out / "list.txt").read_text().split() == names
     assert len(read_sequence(out / "longer-0000")) == 2
     entries = list(Entries(FolderStore(out)))
-    told = {path for entry in entries for path in entry["files"]}
-    there = {path for path in content(out) if not path.startswith(ENTRIES)}
-    assert there == told | {"list.txt", "CARD.md", "card.json"}
-    assert len(read_record(FolderStore(out))["productions"]) == 2
+    listed = {path for entry in entries for path in entry["files"]}
+    found = {path for path in content(out) if not path.startswith(ENTRIES)}
+    assert found == listed | {"list.txt", "CARD.md", "card.json"}
+    assert len(read_manifest(FolderStore(out))["productions"]) == 2
     assert "```sh\nas typed\nthen\n```" in (out / "CARD.md").read_text()
 
 
 @pytest.mark.gl
 @pytest.mark.sumo
-def test_sequence_that_cannot_be_made_costs_only_itself(tmp_path: Path) -> None:
+def test_sequence_that_cannot_be_made_does_not_stop_the_others(tmp_path: Path) -> None:
     blind = blind_smoke().model_dump(mode="json", exclude_unset=True)
-    drawn = small_recipe("drawn", target={"lane": {"choice": [0, 4]}, "along_m": 40})
-    batches = (
-        Batch(Recipe(blind, "blind.yaml"), (0,)),
-        Batch(drawn, (1, 2)),  # which draw lanes 0 and 4
-        Batch(small_recipe("good"), (0,)),
+    sampled = small_recipe(
+        "sampled", target={"lane": {"choice": [0, 4]}, "along_m": 40}
     )
-    outcome = produced(DatasetRequest(batches), tmp_path / "out")
-    assert "target" in outcome.lost.pop("blind-0000")
-    assert list(outcome.lost) == ["drawn-0002"]
-    assert "below road.lanes = 2, got 4" in outcome.lost["drawn-0002"]
+    recipes = (
+        SeededRecipe(Recipe(blind, "blind.yaml"), (0,)),
+        SeededRecipe(sampled, (0, 1)),  # which sample lanes 0 and 4
+        SeededRecipe(small_recipe("good"), (0,)),
+    )
+    outcome = produced(DatasetRequest(recipes), tmp_path / "out")
+    assert "target" in outcome.failed.pop("blind-0000")
+    assert list(outcome.failed) == ["sampled-0001"]
+    assert "below road.lanes = 2, got 4" in outcome.failed["sampled-0001"]
     assert outcome.made == 2
-    (production,) = read_record(FolderStore(tmp_path / "out"))["productions"]
-    assert set(production["lost"]) == {"blind-0000", "drawn-0002"}
+    (production,) = read_manifest(FolderStore(tmp_path / "out"))["productions"]
+    assert set(production["lost"]) == {"blind-0000", "sampled-0001"}
 
 
 @pytest.mark.gl
@@ -206,7 +210,7 @@ def test_place_that_fails_stops_the_production_in_one_line(tmp_path: Path) -> No
 @pytest.mark.gl
 @pytest.mark.sumo
 @pytest.mark.slow
-def test_killed_production_goes_on_without_loss_or_repeat(tmp_path: Path) -> None:
+def test_killed_production_continues_without_loss_or_repeat(tmp_path: Path) -> None:
     out = tmp_path / "out"
     script = tmp_path / "produce.py"
     script.write_text(f"""
@@ -230,9 +234,9 @@ if __name__ == "__main__":
     assert {path: path.stat().st_mtime_ns for path in first} == first
     entries = list(Entries(FolderStore(out)))
     assert [entry["seed"] for entry in entries] == [0, 1, 2, 3]
-    told = {path for entry in entries for path in entry["files"]}
-    there = {path for path in content(out) if not path.startswith(ENTRIES)}
-    assert there == told | {"list.txt", "CARD.md", "card.json"}
+    listed = {path for entry in entries for path in entry["files"]}
+    found = {path for path in content(out) if not path.startswith(ENTRIES)}
+    assert found == listed | {"list.txt", "CARD.md", "card.json"}
     assert len(list((out / ENTRIES).iterdir())) == 4
 
 
@@ -242,7 +246,7 @@ def test_second_production_at_one_place_is_refused(tmp_path: Path) -> None:
             produced(DatasetRequest(spread([small_recipe()], 1)), tmp_path / "out")
 
 
-def test_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
+def test_folder_with_other_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("all of it")
     with pytest.raises(DatasetError, match="found other files"):
         produced(DatasetRequest(spread([small_recipe()], 1)), tmp_path)
@@ -257,6 +261,8 @@ def test_productions_in_memory_have_temporary_files_of_their_own() -> None:
 
 
 def test_memory_is_refused_to_a_cluster() -> None:
-    wanted = DatasetRequest(spread([small_recipe()], 1))
+    requested = DatasetRequest(spread([small_recipe()], 1))
     with pytest.raises(DatasetError, match="workers of a cluster cannot write there"):
-        produce_dataset(wanted, "memory://out", command="", cluster="tcp://127.0.0.1:1")
+        produce_dataset(
+            requested, "memory://out", command="", cluster="tcp://127.0.0.1:1"
+        )

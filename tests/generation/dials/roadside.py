@@ -1,17 +1,17 @@
-"""A car that drives past a camera beside the road: what dials are turned on."""
+"""Scenario for tests of the dials: a car passes a camera beside the road."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from simbench.scenarios.schema import Scenario
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 __all__ = ["roadside"]
 
 
 def roadside(**parts: Any) -> Scenario:
-    """Return the story, with the given top-level parts in place of its own."""
+    """Return the scenario, with the given top-level parts in place of its own."""
     content: dict[str, Any] = {
         "frames": 40,
         "target": {"lane": 1, "along_m": 0, "speed_mps": 15},
@@ -24,4 +24,4 @@ def roadside(**parts: Any) -> Scenario:
         "imaging": {"width_px": 240, "height_px": 120, "noise": 0, "blur_px": 0},
         "light": {"shadows": False},
     }
-    return story(**(content | parts))
+    return small_scenario(**(content | parts))

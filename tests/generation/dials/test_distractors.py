@@ -1,4 +1,4 @@
-"""Doubles to order: where they drive, and which vehicles make way for them."""
+"""Distractors: their lanes, and which vehicles they replace."""
 
 from __future__ import annotations
 
@@ -18,35 +18,40 @@ from tests.generation.dials.roadside import roadside
         pytest.param(20, [0, 2, 0], id="camera on the left"),
     ],
 )
-def test_the_first_double_passes_behind_the_target(
+def test_the_first_distractor_passes_behind_the_target(
     lateral_m: float, lanes: list[int]
 ) -> None:
     place = {"along_m": 12, "lateral_m": lateral_m, "height_m": 4}
     camera = roadside().camera.model_dump() | {"position": place}
-    asked = roadside(camera=camera).with_dials({"distractors.count": 3})
-    assert [double.lane for double in add_distractors(asked).strangers] == lanes
+    scenario = roadside(camera=camera).with_dials({"distractors.count": 3})
+    assert [
+        distractor.lane for distractor in add_distractors(scenario).strangers
+    ] == lanes
 
 
-def test_a_target_at_the_edge_has_doubles_on_its_one_side() -> None:
+def test_a_target_at_the_edge_has_distractors_on_its_one_side() -> None:
     target: dict[str, Any] = {"lane": 0, "along_m": 0, "speed_mps": 15}
-    asked = roadside(target=target).with_dials({"distractors.count": 2})
-    assert [double.lane for double in add_distractors(asked).strangers] == [1, 1]
+    scenario = roadside(target=target).with_dials({"distractors.count": 2})
+    assert [distractor.lane for distractor in add_distractors(scenario).strangers] == [
+        1,
+        1,
+    ]
 
 
-def test_without_a_lane_beside_the_target_none_can_pass() -> None:
+def test_without_a_lane_beside_the_target_distractors_are_refused() -> None:
     narrow = {"lanes": 1, "before_m": 100, "sections": [{"length_m": 400}]}
     target = {"lane": 0, "along_m": 0, "speed_mps": 15}
-    asked = roadside(road=narrow, target=target).with_dials({"distractors.count": 1})
-    with pytest.raises(ScenarioError, match="wanted a lane beside the target"):
-        add_distractors(asked)
+    scenario = roadside(road=narrow, target=target).with_dials({"distractors.count": 1})
+    with pytest.raises(ScenarioError, match="expected a lane beside the target"):
+        add_distractors(scenario)
 
 
-def test_look_alikes_of_the_story_make_way_and_others_stay() -> None:
+def test_scripted_look_alikes_are_replaced_and_others_stay() -> None:
     alike = {"vehicle_class": "car", "colour": roadside().target.colour}
     other = {"vehicle_class": "bus", "colour": "white"}
     place = {"lane": 2, "ahead_m": 30, "speed_mps": 15}
-    asked = roadside(strangers=[alike | place, other | place]).with_dials(
+    scenario = roadside(strangers=[alike | place, other | place]).with_dials(
         {"distractors.count": 1}
     )
-    classes = [one.vehicle_class for one in add_distractors(asked).strangers]
+    classes = [one.vehicle_class for one in add_distractors(scenario).strangers]
     assert classes == ["bus", "car"]

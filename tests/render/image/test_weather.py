@@ -1,4 +1,4 @@
-"""Fog, rain, night and tunnel: what they do to the picture, and what they must not."""
+"""Fog, rain, night and tunnel: their effects on images, and none on ids."""
 
 from __future__ import annotations
 
@@ -13,56 +13,56 @@ from simbench.core.camera import Camera
 from simbench.core.errors import RenderError
 from simbench.core.trajectories import Vehicle
 from simbench.render import render_frames as rendering
-from simbench.render.gl.pyrender_camera import PyrenderCamera, RenderedFrame
-from simbench.render.image.air import see_through_air
+from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
 from simbench.render.image.exposure import AutoExposure
+from simbench.render.image.glare_and_rain import add_glare_and_rain
 from simbench.render.image.rain import draw_rain, falling_drops
+from simbench.render.world.illumination import extinction_per_m, illuminate
 from simbench.render.world.lamplight import LampMap, Lamps, gather_lamps, vehicle_lamps
-from simbench.render.world.light import extinction_per_m, illuminate
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
-from simbench.render.world.surroundings import lamp_post
+from simbench.render.world.street_furniture import lamp_post
 from simbench.render.world.vehicles import body
 from simbench.scenarios.highway.fleet import FLEET, PAINTS
 from simbench.scenarios.schema import Light
 from simbench.scenarios.stage import build_stage
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 
 @dataclass(frozen=True)
-class Filmed:
+class Rendered:
     scene: Scene
-    shots: list[RenderedFrame]
+    frames: list[RenderedFrame]
     images: list[NDArray[np.uint8]]
 
 
-def _film(gain: float = 1.0, **parts: Any) -> Filmed:
-    """Film a story, and look at it through the air."""
-    stage = build_stage(story(**parts), 0)
+def _render(gain: float = 1.0, **parts: Any) -> Rendered:
+    """Render a scenario with glare and rain."""
+    stage = build_stage(small_scenario(**parts), 0)
     scene = build_scene(stage)
     camera = stage.cameras[0]
-    shots, images = [], []
-    with PyrenderCamera(scene, camera.width, camera.height, 2) as machine:
+    frames, images = [], []
+    with SceneRenderer(scene, camera.width, camera.height, 2) as renderer:
         for index, view in enumerate(stage.cameras):
             poses, present = vehicle_poses(stage.trajectories, index)
             target = stage.trajectories.target
-            shot = machine.shoot(view, poses, present, target, gain=gain)
-            shots.append(shot)
+            frame = renderer.render(view, poses, present, target, gain=gain)
+            frames.append(frame)
             images.append(
-                see_through_air(stage, scene, shot, poses, present, index, gain)
+                add_glare_and_rain(stage, scene, frame, poses, present, index, gain)
             )
-    return Filmed(scene, shots, images)
+    return Rendered(scene, frames, images)
 
 
 def _mean_light(image: NDArray[np.uint8]) -> float:
-    """Return a picture's mean light by the film curve of the shaders."""
+    """Return an image's mean light by the tone curve of the shaders."""
     return float(_linear(np.arange(256.0))[image].mean())
 
 
 def _linear(level: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Undo the film curve of the shaders."""
+    """Invert the tone curve of the shaders."""
     light = np.linspace(0.0, 2.0, 20_001)
-    film = light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14)
-    shown = 255.0 * np.sqrt(np.clip(film, 0.0, 1.0))
+    mapped = light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14)
+    shown = 255.0 * np.sqrt(np.clip(mapped, 0.0, 1.0))
     rising = shown < 254.9
     return np.interp(level, shown[rising], light[rising])
 
@@ -116,7 +116,7 @@ class TestRain:
         # A drop of 1 mm falls with 4 m/s, one of 5 mm with 9.
         assert 3.9 < speeds.min() and speeds.max() < 9.3
 
-    def test_drops_fill_the_view_and_lie_before_the_camera(
+    def test_drops_fill_the_view_in_front_of_the_camera(
         self, rng: np.random.Generator
     ) -> None:
         camera = _camera()
@@ -176,7 +176,7 @@ def _looking(heading: float) -> Camera:
 class TestLampMap:
     def test_a_beam_lies_ahead_of_its_vehicle_and_a_red_glow_behind(self) -> None:
         lamps = LampMap(_street())
-        lamps.light(_camera(), np.array([[50.0, 0.0, 0.0, 2.0]]))
+        lamps.update(_camera(), np.array([[50.0, 0.0, 0.0, 2.0]]))
         ahead, behind = _light_at(lamps, 62, 0), _light_at(lamps, 47, 0)
         assert ahead[1] > 5 * _light_at(lamps, 62, 6)[1]
         assert ahead[1] > 0.3 > _light_at(lamps, 45, 0)[1]
@@ -187,9 +187,9 @@ class TestLampMap:
         self,
     ) -> None:
         lamps = LampMap(_street((30.25, 0.25, 10.0)))
-        lamps.light(_camera(), np.zeros((0, 4)))
+        lamps.update(_camera(), np.zeros((0, 4)))
         assert _light_at(lamps, 30.25, 0.25)[0] == pytest.approx(1.0, abs=0.01)
-        # As far aside as it is high: 1 / sqrt(8), less what the edge fades.
+        # As far aside as it is high: 1 / sqrt(8), times the fade towards the edge.
         expected = 8**-0.5 * (1 - 100 / 1600)
         assert _light_at(lamps, 30.25, 10.25)[0] == pytest.approx(expected, abs=0.01)
 
@@ -199,7 +199,7 @@ class TestLampMap:
         self, road: float, look: float
     ) -> None:
         lamps = LampMap(_street((30.0, 0.0, 10.0), heading=road))
-        lamps.light(_looking(look), np.zeros((0, 4)))
+        lamps.update(_looking(look), np.zeros((0, 4)))
         cos, sin = np.cos(road), np.sin(road)
         # 1.4 times as far along as aside: as much light.
         along = [_light_at(lamps, 30 + s * 14 * cos, s * 14 * sin)[0] for s in (-1, 1)]
@@ -210,7 +210,7 @@ class TestLampMap:
     @pytest.mark.parametrize("look", [0.0, 0.7])
     def test_a_pool_fades_out_before_it_ends(self, look: float) -> None:
         lamps = LampMap(_street((30.0, 0.0, 40.0)))
-        lamps.light(_looking(look), np.zeros((0, 4)))
+        lamps.update(_looking(look), np.zeros((0, 4)))
         light = [_light_at(lamps, x, 0.0)[0] for x in np.arange(30.0, 95.0, 0.5)]
         # It falls by some 1 / 56 a metre; the map is in steps of half a metre.
         assert np.abs(np.diff(light)).max() < 0.04
@@ -230,7 +230,7 @@ class TestLampMap:
         size = build.length, build.width, build.height
         lamps = vehicle_lamps(body(Vehicle("v", "car", *size, PAINTS["white"])))
         assert lamps.ahead.tolist() == [1, 1, -1, -1]
-        assert lamps.places[:2, 0].min() > 0 > lamps.places[2:, 0].max()
+        assert lamps.positions[:2, 0].min() > 0 > lamps.positions[2:, 0].max()
         red, green, _ = lamps.colours[2:].mean(axis=0)
         assert lamps.colours[:2].min() > 0.7 and red > 10 * green
 
@@ -242,7 +242,7 @@ class TestAutoExposure:
             exposure.measure(np.full((4, 4, 3), level, np.uint8), 0.04)
             assert exposure.gain == 1.0
 
-    def test_a_darkened_scene_comes_back_within_some_time_constants(self) -> None:
+    def test_a_darkened_scene_recovers_within_some_time_constants(self) -> None:
         exposure = AutoExposure(0.5)
         exposure.measure(np.full((4, 4, 3), 128, np.uint8), 0.04)
         gains = []
@@ -251,24 +251,24 @@ class TestAutoExposure:
             exposure.measure(np.full((4, 4, 3), round(level), np.uint8), 0.04)
             gains.append(exposure.gain)
         assert np.all(np.diff(gains) >= 0.0)
-        # After one time constant 8 ** (1 - 1/e) of the factor 8 is made good.
+        # After one time constant 8 ** (1 - 1/e) of the factor 8 is compensated.
         assert gains[12] == pytest.approx(8 ** (1 - np.exp(-13 * 0.04 / 0.5)), rel=0.03)
         assert gains[-1] == pytest.approx(8.0, rel=0.06)
 
-    def test_the_first_picture_is_what_is_kept(self) -> None:
+    def test_the_first_image_keeps_the_gain_at_one(self) -> None:
         exposure = AutoExposure(0.5)
         exposure.measure(np.full((4, 4, 3), 30, np.uint8), 0.04)
         assert exposure.gain == 1.0
 
     @pytest.mark.gl
-    def test_it_follows_the_true_times_where_frames_are_lost(
+    def test_it_uses_the_actual_intervals_where_frames_are_dropped(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        told = []
+        intervals = []
 
         class Watched(AutoExposure):
             def measure(self, image: NDArray[np.uint8], next_in_s: float) -> None:
-                told.append(next_in_s)
+                intervals.append(next_in_s)
                 super().measure(image, next_in_s)
 
         monkeypatch.setattr(rendering, "AutoExposure", Watched)
@@ -278,7 +278,7 @@ class TestAutoExposure:
             "fov_rad": 0.8,
         }
         imaging = {"width_px": 64, "height_px": 48, "drop_share": 0.6}
-        scenario = story(
+        scenario = small_scenario(
             frames=6,
             road={"floor": {}},
             target={"ball": {"diameter_m": 1}},
@@ -289,7 +289,7 @@ class TestAutoExposure:
         rendering.render_frames(stage, lambda index, image: None)
         gaps = np.diff(stage.trajectories.times)
         assert np.ptp(gaps) > 0.03
-        assert told[:-1] == pytest.approx(gaps)
+        assert intervals[:-1] == pytest.approx(gaps)
 
 
 _TUNNEL: dict[str, Any] = {
@@ -306,7 +306,7 @@ _STREET: dict[str, Any] = {
 
 @pytest.mark.gl
 @pytest.mark.sumo
-class TestFilmed:
+class TestRendered:
     def test_contrast_falls_exponentially_with_distance_in_fog(self) -> None:
         # White signs, upright and facing the camera, every 20 m on a hazy plain.
         signs: list[dict[str, Any]] = [
@@ -325,45 +325,45 @@ class TestFilmed:
             "imaging": {"width_px": 320, "height_px": 240},
         }
         fog = {"weather": "fog", "fog_visibility_m": 60.0, "haze_per_km": 0.0}
-        thick = _film(**parts, light=fog)
-        thin = _film(**parts, light=fog | {"fog_visibility_m": 1000.0})
+        thick = _render(**parts, light=fog)
+        thin = _render(**parts, light=fog | {"fog_visibility_m": 1000.0})
         air = thick.scene.light.horizon[1]
         per_m = [f.scene.light.haze_per_m for f in (thick, thin)]
         for number, sign in enumerate(signs):
-            where = thick.shots[0].ids[::2, ::2] == 100 + number
+            where = thick.frames[0].ids[::2, ::2] == 100 + number
             gaps = [
-                _linear(f.shots[0].image[where][:, 1].astype(float)).mean() - air
+                _linear(f.frames[0].image[where][:, 1].astype(float)).mean() - air
                 for f in (thick, thin)
             ]
             distance = np.hypot(sign["along_m"], sign["lateral_m"] + 7.25)
             expected = np.exp(-(per_m[0] - per_m[1]) * distance)
-            # Levels are whole numbers: what is left of the contrast is known to that.
+            # Levels are integers, which limits the accuracy of the contrast.
             assert gaps[0] / gaps[1] == pytest.approx(expected, rel=0.08, abs=0.02)
 
-    def test_rain_and_glare_leave_ids_alone(self) -> None:
-        view = story().camera.model_dump()
+    def test_rain_and_glare_do_not_change_ids(self) -> None:
+        view = small_scenario().camera.model_dump()
         parts: dict[str, Any] = {"frames": 2, "camera": view, "surroundings": _STREET}
-        day = _film(**parts)
-        wet = _film(**parts, light={"time": "night", "weather": "rain"})
-        for one, two in zip(day.shots, wet.shots, strict=True):
+        day = _render(**parts)
+        wet = _render(**parts, light={"time": "night", "weather": "rain"})
+        for one, two in zip(day.frames, wet.frames, strict=True):
             assert np.array_equal(one.ids, two.ids)
-            assert np.array_equal(one.target_alone, two.target_alone)
-        assert not np.array_equal(wet.shots[0].image, wet.images[0])
+            assert np.array_equal(one.target_silhouette, two.target_silhouette)
+        assert not np.array_equal(wet.frames[0].image, wet.images[0])
 
-    def test_a_clear_day_is_seen_as_it_was_shot(self) -> None:
-        day = _film(frames=2)
-        assert day.images[0] is day.shots[0].image
+    def test_a_clear_day_leaves_the_image_unchanged(self) -> None:
+        day = _render(frames=2)
+        assert day.images[0] is day.frames[0].image
 
     def test_the_same_seed_gives_the_same_night_of_rain(self) -> None:
         light = {"time": "night", "weather": "rain"}
-        one, two = (_film(frames=2, light=light) for _ in range(2))
+        one, two = (_render(frames=2, light=light) for _ in range(2))
         assert all(map(np.array_equal, one.images, two.images))
         assert not np.array_equal(one.images[0], one.images[1])
 
     def test_lamps_are_the_brightest_of_a_car_at_night(self) -> None:
         # Seen from behind at 40 m, alone on an unlit road.
-        night = _film(frames=2, light={"time": "night"})
-        image, alone = night.images[0].astype(int), night.shots[0].target_alone
+        night = _render(frames=2, light={"time": "night"})
+        image, alone = night.images[0].astype(int), night.frames[0].target_silhouette
         rows, columns = np.nonzero(alone[::2, ::2])
         car = image[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
         red = car[..., 0] - car[..., 1]
@@ -383,11 +383,11 @@ class TestFilmed:
             "camera": view,
             "light": {"time": "night"},
         }
-        camera = build_stage(story(**parts), 0).cameras[0]
-        picture = _film(**parts).shots[0].image.astype(float).mean(axis=-1)
+        camera = build_stage(small_scenario(**parts), 0).cameras[0]
+        picture = _render(**parts).frames[0].image.astype(float).mean(axis=-1)
 
         def at(along: float, lateral: float) -> float:
-            place = build_stage(story(**parts), 0).line.point(along, lateral)
+            place = build_stage(small_scenario(**parts), 0).line.point(along, lateral)
             x, y = camera.project(place)[0].astype(int)
             return float(picture[y - 1 : y + 2, x - 1 : x + 2].mean())
 
@@ -404,13 +404,13 @@ class TestFilmed:
             "camera": view,
             "light": {"time": "night"},
         }
-        dark, lit = _film(**parts), _film(**parts, surroundings=_STREET)
+        dark, lit = _render(**parts), _render(**parts, surroundings=_STREET)
         assert _mean_light(lit.images[0]) > 1.5 * _mean_light(dark.images[0])
 
-    def test_gain_is_illumination_by_another_name(self) -> None:
-        brighter = _film(frames=2, gain=2.0)
-        lit = _film(frames=2, light={"illumination": 2.0})
-        assert np.array_equal(brighter.shots[0].image, lit.shots[0].image)
+    def test_gain_has_the_effect_of_illumination(self) -> None:
+        brighter = _render(frames=2, gain=2.0)
+        lit = _render(frames=2, light={"illumination": 2.0})
+        assert np.array_equal(brighter.frames[0].image, lit.frames[0].image)
 
     def test_it_is_dark_in_a_tunnel_and_bright_beyond(self) -> None:
         def view(along: float) -> dict[str, Any]:
@@ -421,13 +421,13 @@ class TestFilmed:
         levels = []
         for along in (-25.0, 45.0, 120.0):
             target = {"lane": 0, "along_m": along + 25, "speed_mps": 15}
-            filmed = _film(
+            rendered = _render(
                 frames=2,
                 camera=view(along),
                 target=target,
                 surroundings=_TUNNEL,
             )
-            levels.append(_mean_light(filmed.shots[0].image[60:]))
+            levels.append(_mean_light(rendered.frames[0].image[60:]))
         assert levels[1] < 0.25 * levels[0]
         assert levels[2] > 0.8 * levels[0]
 
@@ -445,11 +445,11 @@ class TestFilmed:
                 "along_m": along,
                 "speed_mps": 1,
             }
-            filmed = _film(
+            rendered = _render(
                 frames=2, camera=view, target=target, surroundings=surroundings
             )
-            seen = filmed.shots[0].target_alone[::2, ::2]
-            return float(np.median(filmed.shots[0].image[seen]))
+            seen = rendered.frames[0].target_silhouette[::2, ::2]
+            return float(np.median(rendered.frames[0].image[seen]))
 
         open_road = {"guard_rails": False, "tree_spacing_m": None}
         assert car(140, _TUNNEL) == pytest.approx(car(140, open_road), abs=3)
@@ -462,11 +462,13 @@ class TestFilmed:
             "fov_rad": 0.6,
         }
         target = {"lane": 0, "along_m": 60, "speed_mps": 15}
-        filmed = _film(frames=2, camera=view, target=target, surroundings=_TUNNEL)
-        shot = filmed.shots[0]
-        hidden = shot.ids[shot.target_alone]
-        assert shot.target_alone.any()
-        assert {filmed.scene.labels[int(value)] for value in set(hidden)} == {"tunnel"}
+        rendered = _render(frames=2, camera=view, target=target, surroundings=_TUNNEL)
+        frame = rendered.frames[0]
+        hidden = frame.ids[frame.target_silhouette]
+        assert frame.target_silhouette.any()
+        assert {rendered.scene.labels[int(value)] for value in set(hidden)} == {
+            "tunnel"
+        }
 
     @pytest.mark.parametrize(
         ("surroundings", "position", "message"),
@@ -474,7 +476,7 @@ class TestFilmed:
             pytest.param(
                 {"tunnel": {"from_m": 30, "to_m": 2500}},
                 {"along_m": 0, "lateral_m": -7, "height_m": 2},
-                "must lie on the road",
+                "expected a tunnel on the road",
                 id="beyond the road",
             ),
             pytest.param(
@@ -485,7 +487,7 @@ class TestFilmed:
             ),
         ],
     )
-    def test_a_tunnel_that_cannot_be_is_refused(
+    def test_an_invalid_tunnel_is_refused(
         self, surroundings: dict[str, Any], position: dict[str, Any], message: str
     ) -> None:
         view = {
@@ -493,14 +495,17 @@ class TestFilmed:
             "look_at": {"along_m": 140, "lateral_m": -7.25, "height_m": 1},
         }
         stage = build_stage(
-            story(surroundings=surroundings, camera=view, target={"along_m": 80}), 0
+            small_scenario(
+                surroundings=surroundings, camera=view, target={"along_m": 80}
+            ),
+            0,
         )
         with pytest.raises(RenderError, match=message):
             build_scene(stage)
 
     def test_posts_and_trees_stay_out_of_the_tunnel(self) -> None:
         rich = _TUNNEL | {"lamp_spacing_m": 20, "gantry_spacing_m": 40}
-        scene = build_scene(build_stage(story(surroundings=rich), 0))
+        scene = build_scene(build_stage(small_scenario(surroundings=rich), 0))
         along = scene.lamps.street[:, 0]
         assert not np.any((along > 30) & (along < 110))
         assert np.any(along < 30) and np.any(along > 110)

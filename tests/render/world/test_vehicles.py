@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from simbench.core.trajectories import Vehicle, VehicleClass
-from simbench.render.world.mesh import Mesh, box, cylinder, merge, quad_strip, soup
+from simbench.render.world.mesh import (
+    Mesh,
+    box,
+    cylinder,
+    merge,
+    quad_strip,
+    triangle_mesh,
+)
 from simbench.render.world.vehicles import body, hull
 from simbench.scenarios.highway.fleet import FLEET, PAINTS, sample_paint
 
@@ -73,15 +80,15 @@ def test_a_ribbon_faces_up() -> None:
 
 def test_moving_turns_then_shifts() -> None:
     triangle = np.array([[[1, 0, 0], [2, 0, 0], [1, 1, 0]]], float)
-    mesh = soup(triangle, (1, 1, 1)).moved((10, 0, 0), np.pi / 2)
+    mesh = triangle_mesh(triangle, (1, 1, 1)).moved((10, 0, 0), np.pi / 2)
     assert mesh.positions[0] == pytest.approx([10, 1, 0], abs=1e-6)
 
 
-def test_nothing_merged_is_an_empty_mesh() -> None:
+def test_merging_no_meshes_gives_an_empty_mesh() -> None:
     assert len(merge([]).positions) == 0
 
 
-def test_loud_paints_are_rare(rng: np.random.Generator) -> None:
+def test_saturated_paints_are_rare(rng: np.random.Generator) -> None:
     paints = np.array([sample_paint("car", rng) for _ in range(2000)])
     saturated = np.ptp(paints, axis=1) > 60
     # Shares of red, blue, green, yellow, orange sum to 0.175; sd of the mean 0.0085.

@@ -13,18 +13,18 @@ from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError, TrafficError
 from simbench.scenarios.ball.physics import GRAVITY, Phase, motion
-from simbench.scenarios.ball.simulate import simulate_balls, varied
+from simbench.scenarios.ball.simulate import simulate_balls, vary
 from simbench.scenarios.files.loading import load_scenario
 from simbench.scenarios.schema import Ball, FloorPlan, Scenario
 from simbench.scenarios.stage import build_stage
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 _WIDE = FloorPlan(length_m=100, width_m=100, wall_m=5)
 
 
 def _ball(**parts: Any) -> Ball:
-    told = {"along_m": 50, "speed_mps": 0, "spread": 0} | parts
-    return Ball.model_validate(told)
+    default = {"along_m": 50, "speed_mps": 0, "spread": 0}
+    return Ball.model_validate(default | parts)
 
 
 def _at(phases: list[Phase], time_s: float) -> NDArray[np.float64]:
@@ -41,7 +41,7 @@ def _on_floor(ball: dict[str, Any], **parts: Any) -> Scenario:
         "look_at": {"along_m": 5},
         "fov_rad": 1.0,
     }
-    return story(
+    return small_scenario(
         **{"road": {"floor": floor}, "target": {"ball": ball}, "camera": camera} | parts
     )
 
@@ -58,7 +58,7 @@ def test_a_dropped_ball_returns_to_the_square_of_its_restitution() -> None:
     assert phases[-1].rolls and _at(phases, 20.0)[2] == 0.0
 
 
-def test_friction_stops_a_ball_after_the_square_of_its_speed_over_twice_it() -> None:
+def test_friction_stops_a_ball_after_speed_squared_over_twice_deceleration() -> None:
     phases = motion(_ball(speed_mps=3, friction=0.1), _WIDE, 60.0)
     slowing = 0.1 * GRAVITY
     assert _at(phases, 60.0)[0] - 50 == pytest.approx(3**2 / 2 / slowing)
@@ -66,7 +66,7 @@ def test_friction_stops_a_ball_after_the_square_of_its_speed_over_twice_it() -> 
     assert _at(phases, 1.0)[0] - 50 == pytest.approx(3 * 1.0 - slowing / 2)
 
 
-def test_a_wall_throws_a_ball_back_where_its_surface_touches() -> None:
+def test_a_ball_bounces_off_a_wall_where_its_surface_touches() -> None:
     ball = _ball(speed_mps=5, friction=0, restitution=0.6, diameter_m=1.0)
     phases = motion(ball, _WIDE, 12.0)
     assert phases[1].start_s == pytest.approx((50 - 0.5) / 5)
@@ -110,9 +110,9 @@ def test_a_ball_over_the_wall_is_an_error_that_says_when_and_how_high() -> None:
         motion(ball, low, 3.0)
 
 
-def test_a_ball_that_rolls_at_a_wall_below_its_middle_is_told_so() -> None:
+def test_a_ball_that_rolls_at_a_wall_below_its_middle_is_an_error() -> None:
     ball = _ball(along_m=5, speed_mps=4, friction=0, diameter_m=0.24)
-    with pytest.raises(TrafficError, match=r"rolls over .* 0\.12 m, found .* = 0\.1 m"):
+    with pytest.raises(TrafficError, match=r"rolls over .* 0\.12 m, got .* = 0\.1 m"):
         motion(ball, FloorPlan(length_m=10, width_m=10, wall_m=0.1), 3.0)
 
 
@@ -125,7 +125,7 @@ def test_a_ball_that_rolls_at_a_wall_below_its_middle_is_told_so() -> None:
     friction=st.floats(0, 1),
     kick_s=st.floats(0, 5),
 )
-def test_a_ball_never_leaves_its_room_and_gains_no_energy_but_by_kicks(
+def test_a_ball_stays_inside_the_walls_and_gains_energy_only_by_kicks(
     speed: float,
     direction: float,
     height: float,
@@ -160,13 +160,13 @@ def test_a_ball_never_leaves_its_room_and_gains_no_energy_but_by_kicks(
 
 def test_seeds_vary_the_ball_within_its_spread_and_zero_holds_it() -> None:
     ball = _ball(speed_mps=2, direction_rad=1, restitution=0.5, spread=0.1)
-    drawn = [varied(ball, np.random.default_rng(seed)) for seed in range(50)]
-    speeds = np.array([one.speed_mps for one in drawn])
+    balls = [vary(ball, np.random.default_rng(seed)) for seed in range(50)]
+    speeds = np.array([one.speed_mps for one in balls])
     assert 1.8 <= speeds.min() < 1.85 and 2.15 < speeds.max() <= 2.2
-    assert all(abs(one.direction_rad - 1) <= 0.1 for one in drawn)
-    assert all(0.45 <= one.restitution <= 0.55 for one in drawn)
+    assert all(abs(one.direction_rad - 1) <= 0.1 for one in balls)
+    assert all(0.45 <= one.restitution <= 0.55 for one in balls)
     still = ball.model_copy(update={"spread": 0.0})
-    assert varied(still, np.random.default_rng(0)) == still
+    assert vary(still, np.random.default_rng(0)) == still
 
 
 def test_frames_show_the_exact_places_at_their_times() -> None:
@@ -187,7 +187,7 @@ def test_same_seed_same_bytes_and_another_seed_another_roll() -> None:
     assert digests[0] == digests[1] != digests[2]
 
 
-def test_balls_that_would_touch_in_every_draw_are_an_error() -> None:
+def test_balls_that_touch_in_every_attempt_are_an_error() -> None:
     ball = {"along_m": 2, "speed_mps": 2, "spread": 0}
     other = {"along_m": 6, "speed_mps": 2, "direction_rad": math.pi, "spread": 0}
     scenario = _on_floor(ball, frames=60, traffic={"balls": [other]})
@@ -196,7 +196,7 @@ def test_balls_that_would_touch_in_every_draw_are_an_error() -> None:
 
 
 @pytest.mark.parametrize("along_m", np.linspace(8, 9, 9).tolist())
-def test_balls_are_noticed_to_touch_however_fast_they_pass(along_m: float) -> None:
+def test_a_touch_of_balls_is_found_at_any_speed(along_m: float) -> None:
     # At 80 m/s towards each other they are within reach for 2.5 ms only.
     ball = {"along_m": 1, "speed_mps": 40, "diameter_m": 0.1}
     ball |= {"spread": 0, "friction": 0}
@@ -243,7 +243,7 @@ def test_a_second_ball_rolls_beside_the_target() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", ["ball-low-rate", "ball-bounce", "ball-both"])
-def test_every_ball_story_stays_in_the_picture(name: str, seed: int) -> None:
+def test_every_ball_scenario_stays_in_the_picture(name: str, seed: int) -> None:
     stage = build_stage(load_scenario(name), seed)
     camera, drive = stage.cameras[0], stage.trajectories
     middle = drive.positions[:, 0] + [0, 0, drive.vehicles[0].height / 2]
@@ -253,7 +253,7 @@ def test_every_ball_story_stays_in_the_picture(name: str, seed: int) -> None:
     assert len(drive.times) >= 40
 
 
-def test_a_ball_reverses_in_the_bouncing_story() -> None:
+def test_a_ball_reverses_in_the_bouncing_scenario() -> None:
     drive = build_stage(load_scenario("ball-bounce"), 0).trajectories
     step = np.diff(drive.positions[:, 0], axis=0)
     turned = np.sum(step[1:, :2] * step[:-1, :2], axis=-1) < 0
@@ -266,7 +266,9 @@ def test_a_ball_reverses_in_the_bouncing_story() -> None:
     [
         pytest.param({"target": {}}, "target.ball is required", id="no ball"),
         pytest.param(
-            {"target": {"ball": {}, "lane": 0}}, "ball must stand alone", id="and lane"
+            {"target": {"ball": {}, "lane": 0}},
+            "ball excludes other keys",
+            id="and lane",
         ),
         pytest.param(
             {"target": {"ball": {"along_m": 11}}}, "0.12 to 9.88", id="off the floor"
@@ -303,7 +305,7 @@ def test_a_mistake_on_a_floor_names_its_own_key_only() -> None:
     assert [error["loc"][-1] for error in caught.value.errors()] == ["lenght_m"]
 
 
-def test_a_ball_story_survives_being_written_down_and_cut_short() -> None:
+def test_a_ball_scenario_is_the_same_after_saving_and_shortening() -> None:
     scenario = load_scenario("ball-bounce")
     again = Scenario.model_validate(scenario.model_dump(mode="json"))
     assert again.digest == scenario.digest
@@ -311,6 +313,6 @@ def test_a_ball_story_survives_being_written_down_and_cut_short() -> None:
     assert Scenario.model_validate(cut.model_dump(mode="json")) == cut
 
 
-def test_a_floor_is_no_carriageway() -> None:
+def test_a_floor_is_not_a_carriageway() -> None:
     with pytest.raises(ScenarioError, match="must be a carriageway, not a floor"):
         _ = load_scenario("ball-both").carriageway

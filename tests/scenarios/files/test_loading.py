@@ -7,8 +7,12 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.loading import library, load_scenario, scenario_schema
-from tests.scenarios.stories import story
+from simbench.scenarios.files.loading import (
+    list_scenarios,
+    load_scenario,
+    scenario_schema,
+)
+from tests.scenarios.small_scenario import small_scenario
 
 
 def _write(folder: Path, text: str) -> Path:
@@ -22,14 +26,14 @@ def _smoke_with(folder: Path, **changes: object) -> Path:
     return _write(folder, yaml.safe_dump(content))
 
 
-@pytest.mark.parametrize("name", library())
+@pytest.mark.parametrize("name", list_scenarios())
 def test_every_library_scenario_loads_and_is_named_as_its_file(name: str) -> None:
     assert load_scenario(name).name == name
 
 
-def test_library_holds_the_five_first_stories() -> None:
-    wanted = {"smoke", "free-flow", "lane-change", "poles", "bridge"}
-    assert wanted <= set(library())
+def test_library_has_the_first_five_scenarios() -> None:
+    expected = {"smoke", "free-flow", "lane-change", "poles", "bridge"}
+    assert expected <= set(list_scenarios())
 
 
 def test_a_path_loads_as_a_name_does(tmp_path: Path) -> None:
@@ -51,7 +55,7 @@ def test_unknown_scenario_suggests_the_nearest() -> None:
         ),
         pytest.param({"frames": "many"}, ["frames", "number", "many"], id="a word"),
         pytest.param({"frames": "4"}, ["frames", "number", "'4'"], id="quoted number"),
-        pytest.param({"frames": True}, ["frames", "number", "True"], id="a truth"),
+        pytest.param({"frames": True}, ["frames", "number", "True"], id="a boolean"),
         pytest.param(
             {"traffic": {"mix": {"car": "4"}}},
             ["traffic", "mix.car", "number", "'4'"],
@@ -60,12 +64,12 @@ def test_unknown_scenario_suggests_the_nearest() -> None:
         pytest.param(
             {"traffic": {"mix": {"car": 4, "van": True}}},
             ["traffic", "mix.van", "number", "True"],
-            id="a truth in a mapping",
+            id="a boolean in a mapping",
         ),
         pytest.param(
             {"imaging": {"samples": True}},
             ["imaging", "samples", "number", "True"],
-            id="a truth for one of some numbers",
+            id="a boolean for one of some numbers",
         ),
         pytest.param(
             {
@@ -120,21 +124,21 @@ def test_a_mistake_is_one_line_with_file_and_key(
     ("text", "word"),
     [
         pytest.param("a: [1", "not YAML", id="broken"),
-        pytest.param("a: 1\na: 2", "'a' stands twice", id="duplicate key"),
+        pytest.param("a: 1\na: 2", "duplicate key 'a'", id="duplicate key"),
         pytest.param("- 1\n- 2", "mapping", id="list"),
         pytest.param("", "mapping", id="empty"),
         pytest.param("name: x", "required but missing", id="incomplete"),
         pytest.param("a: !!timestamp foo", "'foo' is no timestamp", id="no time"),
         pytest.param("a: 2026-13-45", "'2026-13-45' is no timestamp", id="no day"),
-        pytest.param("a: !!bool foo", "'foo' is no bool", id="no truth"),
+        pytest.param("a: !!bool foo", "'foo' is no bool", id="no boolean"),
         pytest.param("a: !!int ''", "'' is no int", id="no whole number"),
         pytest.param("a: !!float ''", "'' is no float", id="no number"),
         pytest.param('a: "\\UFFFFFFFF"', "not YAML", id="no character"),
-        pytest.param("? [1]\n: 2", "is no key", id="list as a key"),
+        pytest.param("? [1]\n: 2", "cannot be a key", id="list as a key"),
         pytest.param("a: {<<: 3}", "mappings for merging", id="merge of a number"),
         pytest.param(
             "a: &a {b: 1}\nc: {<<: *a, d: 1, d: 2}",
-            "'d' stands twice",
+            "duplicate key 'd'",
             id="duplicate key beside a merge",
         ),
     ],
@@ -164,7 +168,7 @@ occluders: [{<<: *other, kind: pole, along_m: 9}]
     assert (pole.along_m, pole.lateral_m) == (9, -7)
 
 
-def test_merges_of_merges_do_not_grow_without_end(tmp_path: Path) -> None:
+def test_merges_of_merges_do_not_grow_exponentially(tmp_path: Path) -> None:
     ends = [
         f"a{n}: &a{n} {{<<: [{', '.join([f'*a{n - 1}'] * 9)}]}}" for n in range(1, 9)
     ]
@@ -192,28 +196,28 @@ def test_the_schema_accepts_the_library_and_refuses_an_unknown_key() -> None:
 
 
 def test_digest_changes_with_any_value_and_not_with_key_order() -> None:
-    one = story(frames=3)
-    assert one.digest == story(frames=3).digest
-    assert one.digest != story(frames=4).digest
+    one = small_scenario(frames=3)
+    assert one.digest == small_scenario(frames=3).digest
+    assert one.digest != small_scenario(frames=4).digest
 
 
 def test_shortened_never_lengthens() -> None:
-    assert story(frames=5).shortened(3).frames == 3
-    assert story(frames=5).shortened(9).frames == 5
+    assert small_scenario(frames=5).shortened(3).frames == 3
+    assert small_scenario(frames=5).shortened(9).frames == 5
 
 
-def test_shortened_leaves_out_what_would_hide_later() -> None:
+def test_shortened_removes_later_occluders() -> None:
     later = {"hides_at_s": 0.2, "distance_m": 9}
     always = {"along_m": 9, "lateral_m": -20}
-    cut = story(frames=9, occluders=[later, always]).shortened(3)
+    cut = small_scenario(frames=9, occluders=[later, always]).shortened(3)
     assert [occluder.along_m for occluder in cut.occluders] == [9]
 
 
-def test_shortened_asks_no_occlusion_of_what_is_left_out() -> None:
+def test_shortened_requests_no_occlusion_by_removed_occluders() -> None:
     first = {"hides_at_s": 0.1, "distance_m": 9}
     second = {"hides_at_s": 0.3, "distance_m": 9}
     dials = {"target_px": 30, "occlusion": {"hidden": 0.5, "count": 2}}
-    whole = story(frames=9, occluders=[first, second], dials=dials)
+    whole = small_scenario(frames=9, occluders=[first, second], dials=dials)
     assert whole.shortened(9).dials.flat()["occlusion.count"] == 2
     assert whole.shortened(6).dials.flat() == {"target_px": 30, "occlusion.hidden": 0.5}
     assert whole.shortened(2).dials.flat() == {"target_px": 30}
@@ -231,7 +235,7 @@ def test_shortened_asks_no_occlusion_of_what_is_left_out() -> None:
     ],
     ids=["list in itself", "mapping in itself", "nine to the ninth"],
 )
-def test_aliases_without_end_are_one_line(tmp_path: Path, text: str) -> None:
+def test_endless_aliases_are_an_error_in_one_line(tmp_path: Path, text: str) -> None:
     path = tmp_path / "endless.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ScenarioError) as caught:
@@ -241,5 +245,5 @@ def test_aliases_without_end_are_one_line(tmp_path: Path, text: str) -> None:
 
 def test_dials_that_are_not_set_are_not_requested() -> None:
     dials = {"occlusion": {"hidden": 0.5, "frames": 4}}
-    flat = story(dials=dials).dials.flat()
+    flat = small_scenario(dials=dials).dials.flat()
     assert flat == {"occlusion.hidden": 0.5, "occlusion.frames": 4}

@@ -12,11 +12,11 @@ from simbench.scenarios.files.loading import (
     read_raw_scenario,
     variants_of,
 )
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 
 def _file(folder: Path, variants: object) -> Path:
-    content = story(frames=9).model_dump(mode="json") | {"variants": variants}
+    content = small_scenario(frames=9).model_dump(mode="json") | {"variants": variants}
     path = folder / "mine.yaml"
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return path
@@ -48,7 +48,7 @@ def test_a_list_is_replaced_as_a_whole(tmp_path: Path) -> None:
     assert load_scenario(f"{path}@bare").occluders == ()
 
 
-def test_a_variant_changes_one_of_two_places_told_by_one_alias(tmp_path: Path) -> None:
+def test_a_variant_changes_one_of_two_places_with_one_alias(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("""
 name: mine
@@ -64,7 +64,7 @@ variants: {back: {camera.position.along_m: -50}}
     assert raw["position"] is not raw["look_at"]
 
 
-def test_raw_content_is_the_callers_own(tmp_path: Path) -> None:
+def test_raw_content_is_a_new_mapping_each_time(tmp_path: Path) -> None:
     path = _file(tmp_path, {"far": {"camera.fov_rad": 0.1}})
     raw = read_raw_scenario(f"{path}@far")
     assert (raw["variant"], "variants" in raw) == ("far", False)
@@ -101,7 +101,7 @@ def test_a_file_may_have_an_at_in_its_name(tmp_path: Path) -> None:
         pytest.param("smoke@all", ["smoke", "no variants"], id="all of none"),
     ],
 )
-def test_an_unknown_variant_is_one_line_that_names_those_there_are(
+def test_an_unknown_variant_is_an_error_in_one_line_with_the_existing_ones(
     name: str, words: list[str]
 ) -> None:
     with pytest.raises(ScenarioError) as caught:

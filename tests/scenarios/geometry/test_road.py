@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simbench.scenarios.geometry.road import RoadLine
@@ -56,6 +56,7 @@ def test_lanes_count_from_the_right() -> None:
     assert lanes[2] == pytest.approx(-(1.5 + 0.5 + 1.75))
 
 
+@settings(deadline=None)  # the first call imports SciPy
 @given(along=st.floats(-80, 550), lateral=st.floats(-50, 50))
 def test_locate_inverts_point(along: float, lateral: float) -> None:
     line = _line(

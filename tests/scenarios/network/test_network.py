@@ -22,19 +22,19 @@ from simbench.scenarios.highway.fleet import PAINTS
 from simbench.scenarios.highway.simulate import run_sumo
 from simbench.scenarios.network.recording import Recording
 from simbench.scenarios.network.shapes import read_network
-from simbench.scenarios.network.simulate import NetworkDrive, drive_network
-from simbench.scenarios.network.target import choose
-from simbench.scenarios.schema import Choice, Scenario, SumoRoad
-from simbench.scenarios.schema.seeds import stream
+from simbench.scenarios.network.simulate import NetworkSimulation, simulate_network
+from simbench.scenarios.network.target import choose_target
+from simbench.scenarios.schema import Scenario, SumoRoad, TargetRule
+from simbench.scenarios.schema.seeds import stream_seed
 from simbench.scenarios.stage import build_stage
-from tests.scenarios.stories import story
+from tests.scenarios.small_scenario import small_scenario
 
 CROSSING = Path(__file__).parent / "crossing"
 
 
 def crossing(**parts: Any) -> Scenario:
-    """Return a story on the crossing, following a car from its entry on."""
-    told = {
+    """Return a scenario on the crossing, following a car from its entry on."""
+    content: dict[str, Any] = {
         "frames": 100,
         "road": {"sumo": str(CROSSING / "crossing.sumocfg"), "search_s": 30},
         "target": {"choose": {"id": "turner", "after_s": 12}},
@@ -44,16 +44,16 @@ def crossing(**parts: Any) -> Scenario:
             "look_at": {"along_m": 5, "height_m": 1},
         },
     }
-    return story(**told | parts)
+    return small_scenario(**content | parts)
 
 
 @cache
-def _drive() -> NetworkDrive:
-    return drive_network(crossing(), 0)
+def _drive() -> NetworkSimulation:
+    return simulate_network(crossing(), 0)
 
 
 def _fcd(folder: Path, seed: int) -> dict[tuple[int, str], tuple[float, ...]]:
-    """Let SUMO itself write down where everyone is."""
+    """Return the vehicle positions that SUMO itself writes to a file."""
     out = folder / "fcd.xml"
     options = {
         "net-file": CROSSING / "crossing.net.xml",
@@ -87,7 +87,7 @@ def _fcd(folder: Path, seed: int) -> dict[tuple[int, str], tuple[float, ...]]:
 @pytest.mark.sumo
 def test_fronts_and_speeds_are_sumos_own(tmp_path: Path) -> None:
     drive = _drive()
-    fcd = _fcd(tmp_path, stream(crossing(), 0, "traffic", 0))
+    fcd = _fcd(tmp_path, stream_seed(crossing(), 0, "traffic", 0))
     moved = drive.trajectories
     compared = 0
     for column, vehicle in enumerate(moved.vehicles):
@@ -97,34 +97,36 @@ def test_fronts_and_speeds_are_sumos_own(tmp_path: Path) -> None:
         front = moved.positions[:, column, :2] + ahead * vehicle.length / 2
         front = front + drive.line.map_origin[:2]
         for frame in range(0, 100, 7):
-            told = fcd.get((300 + frame, name))  # 12 s after the start
-            if told is None:
+            reported = fcd.get((300 + frame, name))  # 12 s after the start
+            if reported is None:
                 assert np.isnan(front[frame, 0])
                 continue
             # Rounded-off lane changes leave SUMO's ramp by a tenth of a lane.
-            assert np.hypot(*(front[frame] - told[:2])) < 0.35
-            compared += np.hypot(*(front[frame] - told[:2])) < 2e-6
+            assert np.hypot(*(front[frame] - reported[:2])) < 0.35
+            compared += np.hypot(*(front[frame] - reported[:2])) < 2e-6
             if name == "turner":
-                assert moved.speeds[frame, column] == pytest.approx(told[3], abs=0.15)
+                assert moved.speeds[frame, column] == pytest.approx(
+                    reported[3], abs=0.15
+                )
     assert compared > 60
 
 
 @pytest.mark.sumo
-def test_headings_turn_gently_where_lanes_have_corners() -> None:
-    drive = drive_network(crossing(frames=700, target={"id": "cross.0"}), 0)
+def test_headings_turn_smoothly_where_lanes_have_corners() -> None:
+    drive = simulate_network(crossing(frames=700, target={"id": "cross.0"}), 0)
     turn = np.degrees(np.diff(drive.trajectories.headings, axis=0))
     assert np.nanmax(np.abs(turn)) < 3.0  # the lanes' corners are up to 30 degrees
 
 
 @pytest.mark.sumo
-def test_the_story_begins_where_the_target_is() -> None:
+def test_the_road_frame_starts_at_the_target() -> None:
     drive = _drive()
     moved = drive.trajectories
     assert moved.vehicles[moved.target].name == "target"
     assert moved.positions[0, moved.target].tolist() == [0.0, 0.0, 0.0]
     along, lateral = drive.line.locate(moved.positions[:, moved.target]).T
     assert along[0] == pytest.approx(0.0, abs=1e-6)
-    assert np.abs(lateral).max() < 0.3  # the line is the target's own way, smoothed
+    assert np.abs(lateral).max() < 0.3  # the line is the target's own path, smoothed
     assert along[-1] == pytest.approx(
         moved.speeds[:, moved.target].sum() * 0.04, rel=0.02
     )
@@ -141,14 +143,14 @@ def test_vehicles_keep_their_class_size_and_colour() -> None:
 
 
 @pytest.mark.sumo
-def test_the_rule_picks_the_red_truck_that_changes_lanes() -> None:
+def test_the_rule_selects_the_red_truck_that_changes_lanes() -> None:
     choice = {
         "vehicle_class": "truck",
         "colour": "red",
         "lane": 1,
         "changes_lane": True,
     }
-    drive = drive_network(crossing(frames=300, target={"choose": choice}), 0)
+    drive = simulate_network(crossing(frames=300, target={"choose": choice}), 0)
     moved = drive.trajectories
     assert "wanted" not in {one.name for one in moved.vehicles}  # it is the target
     changes = [one for one in moved.lane_changes if one.vehicle == "target"]
@@ -165,7 +167,7 @@ def test_another_vehicle_that_sumo_calls_target_keeps_its_lane_changes(
     renamed = tmp_path / "renamed.rou.xml"
     renamed.write_text(routes.replace('id="wanted"', 'id="target"'))
     road = {"sumo": str(CROSSING / "crossing.net.xml"), "routes": str(renamed)}
-    moved = drive_network(
+    moved = simulate_network(
         crossing(frames=600, road=road, target={"id": "slow"}), 0
     ).trajectories
     assert "sumo.target" in {one.name for one in moved.vehicles}
@@ -175,7 +177,7 @@ def test_another_vehicle_that_sumo_calls_target_keeps_its_lane_changes(
 
 @cache
 def _recording() -> Recording:
-    """Drive the crossing once for all questions about who is the target."""
+    """Record the crossing once for all rules."""
     request = {
         "folder": str(CROSSING),
         "options": {"net-file": "crossing.net.xml", "route-files": "crossing.rou.xml"},
@@ -193,18 +195,18 @@ _ROADS = read_network(CROSSING / "crossing.net.xml").roads
 def _choose(
     choice: dict[str, Any], roads: frozenset[str] = _ROADS
 ) -> tuple[str, float]:
-    drives = _recording().drives
-    paints = [drive.look.colour or PAINTS["grey"] for drive in drives]
-    asked = Choice.model_validate(choice)
-    vehicle, step = choose(asked, drives, paints, 8.0, 50.0, roads)
-    return drives[vehicle].name, step * 0.04
+    vehicles = _recording().vehicles
+    paints = [vehicle.colour or PAINTS["grey"] for vehicle in vehicles]
+    rule = TargetRule.model_validate(choice)
+    vehicle, step = choose_target(rule, vehicles, paints, 8.0, 50.0, roads)
+    return vehicles[vehicle].name, step * 0.04
 
 
 @pytest.mark.sumo
 @pytest.mark.parametrize(
     ("choice", "name"),
     [
-        pytest.param({}, "slow", id="whoever comes first"),
+        pytest.param({}, "slow", id="first vehicle"),
         pytest.param({"id": "turner"}, "turner", id="id"),
         pytest.param({"colour": "red"}, "wanted", id="colour"),
         pytest.param({"colour": "red", "lane": 0}, "other", id="colour and lane"),
@@ -213,17 +215,17 @@ def _choose(
         pytest.param({"colour": "grey", "edge": "in"}, "stream.0", id="edge"),
     ],
 )
-def test_a_rule_picks_the_first_vehicle_that_meets_all_of_it(
+def test_a_rule_selects_the_first_vehicle_that_meets_all_conditions(
     choice: dict[str, Any], name: str
 ) -> None:
     assert _choose(choice)[0] == name
 
 
 @pytest.mark.sumo
-def test_the_story_begins_when_the_rule_first_holds() -> None:
+def test_the_sequence_begins_when_the_rule_first_holds() -> None:
     assert _choose({"id": "turner"})[1] == pytest.approx(9.0, abs=0.05)  # it departs
     assert _choose({"id": "turner", "after_s": 12})[1] == pytest.approx(12.0, abs=0.05)
-    drive = next(one for one in _recording().drives if one.name == "turner")
+    drive = next(one for one in _recording().vehicles if one.name == "turner")
     step = round(_choose({"id": "turner", "at_m": 100})[1] / 0.04)
     row = int(np.flatnonzero(drive.steps == step)[0])
     assert drive.along[row - 1] < 100 <= drive.along[row]
@@ -236,11 +238,11 @@ def test_the_story_begins_when_the_rule_first_holds() -> None:
         pytest.param({"id": "nobody"}, "meets id 'nobody'; there were slow", id="id"),
         pytest.param({"id": "z\nz"}, r"meets id 'z\\nz'; there", id="two lines"),
         pytest.param(
-            {"vehicle_class": "bus"}, r"vehicle_class bus; there were car", id="class"
+            {"vehicle_class": "bus"}, "vehicle_class 'bus'; there were car", id="class"
         ),
         pytest.param(
             {"vehicle_class": "truck", "colour": "blue"},
-            r"with vehicle_class truck meets colour blue; there were red \(2\)",
+            r"with vehicle_class 'truck' meets colour 'blue'; there were red \(2\)",
             id="colour",
         ),
         pytest.param(
@@ -251,7 +253,7 @@ def test_the_story_begins_when_the_rule_first_holds() -> None:
         pytest.param({"id": "turner", "after_s": 300}, "a start within 300", id="late"),
     ],
 )
-def test_a_rule_nobody_meets_names_the_condition_that_failed(
+def test_a_rule_that_no_vehicle_meets_names_the_condition_that_failed(
     choice: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(ScenarioError, match=f"^no vehicle .*{words}"):
@@ -267,16 +269,16 @@ def test_a_vehicle_that_only_uses_rails_is_no_target() -> None:
 
 
 @pytest.mark.sumo
-def test_a_target_that_is_not_there_is_one_line() -> None:
+def test_a_missing_target_is_reported_in_one_line() -> None:
     with pytest.raises(ScenarioError, match=r"^story: target.choose: no vehicle .*$"):
-        drive_network(crossing(frames=2, target={"id": "nobody"}), 0)
+        simulate_network(crossing(frames=2, target={"id": "nobody"}), 0)
 
 
 @pytest.mark.sumo
-def test_a_story_cut_short_has_the_same_target() -> None:
+def test_a_shortened_scenario_has_the_same_target() -> None:
     scenario = crossing(frames=300, target={"choose": {"colour": "red", "at_m": 50}})
-    whole = drive_network(scenario, 0).trajectories
-    short = drive_network(scenario.shortened(5), 0).trajectories
+    whole = simulate_network(scenario, 0).trajectories
+    short = simulate_network(scenario.shortened(5), 0).trajectories
     assert np.array_equal(
         whole.positions[:5, whole.target], short.positions[:, short.target]
     )
@@ -284,7 +286,7 @@ def test_a_story_cut_short_has_the_same_target() -> None:
 
 @pytest.mark.sumo
 def test_same_seed_gives_the_same_drive_and_another_seed_another() -> None:
-    one, other = (drive_network(crossing(), seed).trajectories for seed in (0, 1))
+    one, other = (simulate_network(crossing(), seed).trajectories for seed in (0, 1))
     again = _drive().trajectories
     assert np.array_equal(one.positions, again.positions, equal_nan=True)
     assert one.positions.shape != other.positions.shape or not np.array_equal(
@@ -293,7 +295,7 @@ def test_same_seed_gives_the_same_drive_and_another_seed_another() -> None:
 
 
 @pytest.mark.sumo
-def test_a_camera_and_a_pole_stand_where_they_are_told() -> None:
+def test_a_camera_and_a_pole_are_at_their_places() -> None:
     camera = {
         "position": {"x_m": 330, "y_m": 175, "height_m": 14},
         "look_at": {"x_m": 285, "y_m": 218},
@@ -313,7 +315,7 @@ def test_a_camera_and_a_pole_stand_where_they_are_told() -> None:
 
 
 def _own(folder: Path, **road: Any) -> Path:
-    """Write a scenario beside a copy of the crossing."""
+    """Write a scenario file next to a copy of the crossing."""
     for path in CROSSING.glob("crossing.*"):
         shutil.copy(path, folder)
     content = crossing().model_dump(mode="json")
@@ -336,18 +338,18 @@ def test_paths_are_relative_to_the_scenario_file(tmp_path: Path) -> None:
         {"choice": [{"sumo": "crossing.net.xml", "routes": "crossing.rou.xml"}]},
         {"sumo": {"choice": ["crossing.net.xml"]}, "routes": "crossing.rou.xml"},
     ],
-    ids=["a drawn road", "a drawn path"],
+    ids=["a sampled road", "a sampled path"],
 )
-def test_paths_within_draws_are_relative_to_the_scenario_file(
+def test_sampled_paths_are_relative_to_the_scenario_file(
     tmp_path: Path, road: dict[str, Any]
 ) -> None:
     path = _own(tmp_path)
     content = yaml.safe_load(path.read_text()) | {"road": road}
     path.write_text(yaml.safe_dump(content))
-    drawn = load_recipe(path).scenario(0).road
-    assert isinstance(drawn, SumoRoad)
-    assert drawn.sumo == str(tmp_path / "crossing.net.xml")
-    assert drawn.routes == str(tmp_path / "crossing.rou.xml")
+    sampled = load_recipe(path).scenario(0).road
+    assert isinstance(sampled, SumoRoad)
+    assert sampled.sumo == str(tmp_path / "crossing.net.xml")
+    assert sampled.routes == str(tmp_path / "crossing.rou.xml")
 
 
 def test_a_path_may_hold_blanks(tmp_path: Path) -> None:
@@ -360,15 +362,15 @@ def test_a_path_may_hold_blanks(tmp_path: Path) -> None:
 def test_a_configuration_lists_files_between_commas(tmp_path: Path) -> None:
     path = _own(tmp_path, sumo="crossing.sumocfg", routes=None)
     shutil.copy(CROSSING / "crossing.rou.xml", tmp_path / "my routes.rou.xml")
-    told = (tmp_path / "crossing.sumocfg").read_text()
-    listed = told.replace("crossing.rou.xml", "crossing.rou.xml, my routes.rou.xml")
+    content = (tmp_path / "crossing.sumocfg").read_text()
+    listed = content.replace("crossing.rou.xml", "crossing.rou.xml, my routes.rou.xml")
     (tmp_path / "crossing.sumocfg").write_text(listed)
     road = load_scenario(path).road
     assert isinstance(road, SumoRoad)
     assert road.files.options["route-files"] == "crossing.rou.xml,my routes.rou.xml"
 
 
-def test_the_digest_follows_what_the_files_hold_and_not_where_they_lie(
+def test_the_digest_depends_on_the_content_of_files_and_not_on_their_place(
     tmp_path: Path,
 ) -> None:
     first, second = tmp_path / "a", tmp_path / "b"
@@ -381,7 +383,7 @@ def test_the_digest_follows_what_the_files_hold_and_not_where_they_lie(
     assert load_scenario(second / "own.yaml").digest != before
 
 
-def test_a_scenario_written_down_stays_readable_without_its_network(
+def test_a_saved_scenario_stays_readable_without_its_network(
     tmp_path: Path,
 ) -> None:
     scenario = load_scenario(_own(tmp_path))
@@ -390,15 +392,17 @@ def test_a_scenario_written_down_stays_readable_without_its_network(
     assert again.digest == scenario.digest
 
 
-def test_files_that_change_or_go_after_reading_are_one_line(tmp_path: Path) -> None:
+def test_files_that_change_or_vanish_after_reading_are_reported_in_one_line(
+    tmp_path: Path,
+) -> None:
     scenario = load_scenario(_own(tmp_path))
     routes = tmp_path / "crossing.rou.xml"
     routes.write_text(routes.read_text().replace("red", "blue"))
     with pytest.raises(ScenarioError, match="changed after the scenario was read"):
-        drive_network(scenario, 0)
+        simulate_network(scenario, 0)
     routes.unlink()
     with pytest.raises(ScenarioError, match=r"rou\.xml cannot be read"):
-        drive_network(scenario, 0)
+        simulate_network(scenario, 0)
 
 
 @pytest.mark.parametrize(
@@ -408,9 +412,11 @@ def test_files_that_change_or_go_after_reading_are_one_line(tmp_path: Path) -> N
         pytest.param(
             {"routes": "gone.xml"}, ["gone.xml", "cannot be read"], id="routes"
         ),
-        pytest.param({"routes": None}, ["needs routes"], id="nobody drives"),
+        pytest.param({"routes": None}, ["needs routes"], id="no traffic"),
         pytest.param({"sumo": "own.yaml"}, [".sumocfg or a .net.xml"], id="kind"),
-        pytest.param({"sumo": "crossing.sumocfg"}, ["routes belong"], id="both"),
+        pytest.param(
+            {"sumo": "crossing.sumocfg"}, ["names its routes itself"], id="both"
+        ),
         pytest.param({"routes": "a,b.xml"}, ["no comma", "a,b.xml"], id="comma"),
         pytest.param({"sumo": "~nobody-here/x.net.xml"}, ["~nobody-here"], id="user"),
         pytest.param({"sumo": "a\0b"}, [r"'a\x00b'", "null byte"], id="null byte"),
@@ -419,7 +425,7 @@ def test_files_that_change_or_go_after_reading_are_one_line(tmp_path: Path) -> N
         pytest.param({"search_s": -1}, ["road.search_s", "-1"], id="negative"),
     ],
 )
-def test_a_mistake_about_a_network_is_one_line(
+def test_a_mistake_about_a_network_is_reported_in_one_line(
     tmp_path: Path, road: dict[str, Any], words: list[str]
 ) -> None:
     (tmp_path / "loop.net.xml").symlink_to("loop.net.xml")
@@ -434,10 +440,12 @@ def test_a_mistake_about_a_network_is_one_line(
     [
         pytest.param("<net", "is not XML", id="not XML"),
         pytest.param("<net></net>", "has no version", id="SUMO would crash"),
-        pytest.param("<routes/>", "wanted <net>, found <routes>", id="no network"),
+        pytest.param("<routes/>", "expected <net>, got <routes>", id="no network"),
     ],
 )
-def test_a_broken_network_is_one_line(tmp_path: Path, text: str, words: str) -> None:
+def test_a_broken_network_is_reported_in_one_line(
+    tmp_path: Path, text: str, words: str
+) -> None:
     path = _own(tmp_path)
     (tmp_path / "crossing.net.xml").write_text(text)
     with pytest.raises(ScenarioError, match=words):
@@ -478,7 +486,7 @@ def test_a_file_that_cannot_be_decoded_is_named_in_one_line(
         pytest.param('shape="298.40,206.40', 'shape="298.40', id="half a point"),
     ],
 )
-def test_a_network_of_no_finite_numbers_is_one_line(
+def test_a_network_of_no_finite_numbers_is_reported_in_one_line(
     tmp_path: Path, good: str, bad: str
 ) -> None:
     text = (CROSSING / "crossing.net.xml").read_text()
@@ -490,12 +498,12 @@ def test_a_network_of_no_finite_numbers_is_one_line(
 
 
 @pytest.mark.sumo
-def test_sumos_own_words_say_what_is_wrong_with_the_routes(tmp_path: Path) -> None:
+def test_sumos_own_message_says_what_is_wrong_with_the_routes(tmp_path: Path) -> None:
     path = _own(tmp_path)
     routes = tmp_path / "crossing.rou.xml"
     routes.write_text(routes.read_text().replace("in out", "in nowhere"))
     with pytest.raises(TrafficError, match=r"SUMO refused: .*nowhere"):
-        drive_network(load_scenario(path), 0)
+        simulate_network(load_scenario(path), 0)
 
 
 @pytest.mark.parametrize(
@@ -503,10 +511,12 @@ def test_sumos_own_words_say_what_is_wrong_with_the_routes(tmp_path: Path) -> No
     [
         pytest.param({"target": {}}, "target.choose is required", id="no target"),
         pytest.param(
-            {"target": {"id": "a", "lane": 0}}, "id must stand alone", id="id and lane"
+            {"target": {"id": "a", "lane": 0}},
+            "id excludes other keys",
+            id="id and lane",
         ),
         pytest.param(
-            {"target": {"id": "a", "choose": {}}}, "must stand alone", id="both"
+            {"target": {"id": "a", "choose": {}}}, "excludes other keys", id="both"
         ),
         pytest.param({"strangers": [{"ahead_m": 9}]}, "use its routes", id="stranger"),
         pytest.param({"road": {"lanes": 2}}, "need road: {sumo", id="on a road"),
@@ -527,7 +537,7 @@ def test_what_does_not_fit_a_network_is_refused(
         crossing(**parts)
 
 
-def test_a_place_is_told_in_one_way() -> None:
+def test_a_place_is_given_in_one_way() -> None:
     with pytest.raises(ValidationError, match="give x_m and y_m together"):
         crossing(camera={"position": {"x_m": 3}})
     with pytest.raises(ValidationError, match="either along_m"):
@@ -545,7 +555,7 @@ def test_a_network_is_read_as_netconvert_wrote_it() -> None:
     assert network.lanes["leave_0"].shape.tolist() == [[298.4, 206.4, 0], [298.4, 0, 0]]
 
 
-def test_rails_are_no_road(tmp_path: Path) -> None:
+def test_rails_are_not_roads(tmp_path: Path) -> None:
     text = (CROSSING / "crossing.net.xml").read_text()
     path = tmp_path / "rails.net.xml"
     path.write_text(
@@ -577,7 +587,7 @@ def test_a_network_without_lanes_is_refused(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_ramp_story_shows_a_car_changing_on_to_the_motorway(
+def test_a_ramp_scenario_shows_a_car_changing_on_to_the_motorway(
     name: str, edge_y: float, seed: int
 ) -> None:
     stage = build_stage(load_scenario(name), seed)

@@ -32,7 +32,7 @@ def test_zero_velocity_is_the_identity() -> None:
     assert log(IDENTITY).tolist() == [0.0] * 6
 
 
-def test_quarter_turn_takes_right_to_down() -> None:
+def test_quarter_turn_maps_right_to_down() -> None:
     turned = exp(np.array([0.0, 0.0, math.pi / 2, 0.0, 0.0, 0.0]))
     assert turned == pytest.approx(np.array([[0, -1, 0], [1, 0, 0]]), abs=1e-15)
 
@@ -49,12 +49,14 @@ def test_exponential_agrees_with_scipy(velocity: NDArray[np.float64]) -> None:
 
 
 @given(velocities)
-def test_logarithm_undoes_the_exponential(velocity: NDArray[np.float64]) -> None:
+def test_logarithm_is_the_inverse_of_the_exponential(
+    velocity: NDArray[np.float64],
+) -> None:
     assert log(exp(velocity)) == pytest.approx(velocity, abs=1e-9)
 
 
 @given(velocities, velocities)
-def test_inverse_of_a_product_is_the_product_of_inverses_turned_round(
+def test_inverse_of_a_product_is_the_reversed_product_of_inverses(
     first: NDArray[np.float64], second: NDArray[np.float64]
 ) -> None:
     a, b = exp(first), exp(second)
@@ -62,7 +64,9 @@ def test_inverse_of_a_product_is_the_product_of_inverses_turned_round(
     assert inverse(compose(a, b)) == pytest.approx(turned_round, rel=1e-8, abs=1e-8)
 
 
-def test_many_elements_are_treated_as_one_each(rng: np.random.Generator) -> None:
+def test_array_of_elements_gives_the_same_as_single_elements(
+    rng: np.random.Generator,
+) -> None:
     many = rng.normal(0.0, 0.5, (4, 3, 6))
     assert exp(many).shape == (4, 3, 2, 3)
     assert exp(many)[2, 1].tolist() == exp(many[2, 1]).tolist()

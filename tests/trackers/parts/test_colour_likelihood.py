@@ -1,4 +1,4 @@
-"""Colour similarities: the table, the kernel against cv2.calcHist, the counting."""
+"""Colour similarities: bin table, kernel against cv2.calcHist, evaluation count."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ ELLIPSE = np.array([100.0, 60.0, 24.0, 18.0])
 @pytest.fixture
 def image() -> NDArray[np.uint8]:
     rng = np.random.default_rng(5)
-    picture = road(200, 120, rng)
+    image = road(200, 120, rng)
     box = np.concatenate([ELLIPSE[:2] - ELLIPSE[2:], 2.0 * ELLIPSE[2:]])
-    draw(picture, car((30, 90, 170), rng), box)
-    return picture
+    draw(image, car((30, 90, 170), rng), box)
+    return image
 
 
 def calc_hist(
     image: NDArray[np.uint8], ellipse: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the histogram over every pixel whose centre lies in the ellipse."""
+    """Return the histogram over every pixel whose centre is in the ellipse."""
     rows, columns = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
     squared = ((columns - ellipse[0]) / ellipse[2]) ** 2
     squared += ((rows - ellipse[1]) / ellipse[3]) ** 2
@@ -56,7 +56,7 @@ def calc_hist(
         pytest.param((0, 0, 255), (5, 7, 3), id="blue, hue 120"),
     ],
 )
-def test_table_puts_a_colour_in_its_bin(
+def test_table_maps_a_colour_to_its_bin(
     colour: tuple[int, int, int], bin_of: tuple[int, int, int]
 ) -> None:
     red, green, blue = colour
@@ -83,7 +83,7 @@ def test_disc_samples_spread_evenly() -> None:
     assert samples.mean(axis=0) == pytest.approx([0.0, 0.0], abs=0.01)
 
 
-def test_ring_samples_keep_to_their_ring() -> None:
+def test_ring_samples_are_between_both_radii() -> None:
     radii = np.linalg.norm(ring_samples(500, 1.1, 1.5), axis=1)
     assert 1.1 < radii.min() < radii.max() < 1.5
 
@@ -114,7 +114,7 @@ def test_similarities_agree_with_opencv_within_the_sampling_error(
     assert np.corrcoef(sampled, exact)[0, 1] > 0.97
 
 
-def test_target_is_wholly_like_itself(image: NDArray[np.uint8]) -> None:
+def test_similarity_of_the_target_with_itself_is_one(image: NDArray[np.uint8]) -> None:
     samples = disc_samples(4096)
     counts = np.zeros(BINS, np.int64)
     histogram(image, bin_table(), ELLIPSE, samples, counts)
@@ -122,7 +122,9 @@ def test_target_is_wholly_like_itself(image: NDArray[np.uint8]) -> None:
     assert rho[0] == pytest.approx(1.0)
 
 
-def test_ellipse_outside_the_image_is_like_nothing(image: NDArray[np.uint8]) -> None:
+def test_similarity_of_an_ellipse_outside_the_image_is_zero(
+    image: NDArray[np.uint8],
+) -> None:
     likelihood = ColourLikelihood(
         image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
     )
@@ -142,7 +144,9 @@ def test_similarity_without_surround_is_the_plain_coefficient(
     assert rho[0] == pytest.approx(expected, abs=0.03)
 
 
-def test_surround_makes_a_car_cut_too_small_unlikely(image: NDArray[np.uint8]) -> None:
+def test_surround_penalises_an_ellipse_that_is_too_small(
+    image: NDArray[np.uint8],
+) -> None:
     small = ELLIPSE * [1.0, 1.0, 0.75, 0.75]
     places = np.array([ELLIPSE, small])
     losses = []
@@ -174,17 +178,19 @@ def test_every_ellipse_evaluated_is_counted(image: NDArray[np.uint8]) -> None:
     assert likelihood.evaluations == 12
 
 
-def test_background_is_disowned_by_the_reference(image: NDArray[np.uint8]) -> None:
+def test_background_colours_are_reduced_in_the_reference(
+    image: NDArray[np.uint8],
+) -> None:
     around = ELLIPSE * [1.0, 1.0, 1.5, 1.5]  # the first box cut too wide
     beside = ELLIPSE + [70.0, 0.0, 0.0, 0.0]
-    road_likeness = []
+    road_similarities = []
     for background in (0.0, 8.0):
         likelihood = ColourLikelihood(
             image, around, samples=512, sigma=0.1, surround=0.0, background=background
         )
         assert likelihood.reference.sum() == pytest.approx(1.0)
-        road_likeness.append(likelihood.similarities(image, beside[None])[0])
-    assert road_likeness[1] < 0.5 * road_likeness[0]
+        road_similarities.append(likelihood.similarities(image, beside[None])[0])
+    assert road_similarities[1] < 0.5 * road_similarities[0]
 
 
 def test_learning_moves_the_reference_by_a_share(image: NDArray[np.uint8]) -> None:

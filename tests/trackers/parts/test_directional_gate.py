@@ -1,4 +1,4 @@
-"""The gate's weights and the push it gives, by hand; the course's median."""
+"""The gate's weights and mean advance, by hand; the course's median."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def at(degrees: float) -> list[float]:
     return [math.cos(math.radians(degrees)), math.sin(math.radians(degrees))]
 
 
-def test_weight_falls_linearly_to_nothing_at_the_edge_of_the_cone() -> None:
+def test_weight_falls_linearly_to_zero_at_the_edge_of_the_cone() -> None:
     offsets = np.array([at(0), at(22.5), at(-45), at(67.5), at(90), at(91), at(180)])
     weights = gate_weights(offsets, 0.0, math.pi / 2)
     assert weights == pytest.approx([1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0], abs=1e-12)
 
 
-def test_angles_are_measured_across_the_cut_at_half_a_turn() -> None:
+def test_angles_wrap_at_half_a_turn() -> None:
     weights = gate_weights(np.array([at(-179)]), math.radians(179), math.radians(4))
     assert weights == pytest.approx([0.5])  # two degrees apart, not 358
 
@@ -39,26 +39,26 @@ def test_gate_depends_only_on_the_angle_between(theta: float, turn: float) -> No
 
 
 @pytest.mark.parametrize("half_angle", ANGLES)
-def test_gate_pushes_a_centred_cloud_ahead_by_the_closed_form(
+def test_gate_advances_a_centred_cloud_by_the_closed_form(
     half_angle: float,
 ) -> None:
     # E[r] = sqrt(pi / 2); mean cosine under 1 - psi / T is 2 (1 - cos T) / T^2.
-    push = math.sqrt(math.pi / 2) * 2 * (1 - math.cos(half_angle)) / half_angle**2
-    assert forward_mean(0.0, half_angle) == pytest.approx(push, rel=1e-3)
+    advance = math.sqrt(math.pi / 2) * 2 * (1 - math.cos(half_angle)) / half_angle**2
+    assert forward_mean(0.0, half_angle) == pytest.approx(advance, rel=1e-3)
 
 
-def test_push_agrees_with_a_drawn_cloud(rng: np.random.Generator) -> None:
+def test_forward_mean_agrees_with_a_sampled_cloud(rng: np.random.Generator) -> None:
     cloud = rng.standard_normal((400_000, 2)) + [0.85, 0.0]
     weights = gate_weights(cloud, 0.0, math.pi / 4)
-    drawn = weights @ cloud[:, 0] / weights.sum()
+    sampled = weights @ cloud[:, 0] / weights.sum()
     # Half pass, spread about 0.7: standard error about 0.7 / sqrt(200 000) = 0.0016.
-    assert forward_mean(0.85, math.pi / 4) == pytest.approx(drawn, abs=0.008)
+    assert forward_mean(0.85, math.pi / 4) == pytest.approx(sampled, abs=0.008)
 
 
 @pytest.mark.parametrize(
     ("degrees", "wrapped"), [(0, 0), (190, -170), (-190, 170), (540, 180), (-180, 180)]
 )
-def test_wrap_brings_angles_into_half_a_turn(degrees: float, wrapped: float) -> None:
+def test_wrap_gives_angles_within_half_a_turn(degrees: float, wrapped: float) -> None:
     assert math.degrees(wrap(math.radians(degrees))) == pytest.approx(wrapped)
 
 
@@ -86,14 +86,14 @@ def test_median_moves_one_degree_towards_the_measured_angle(
     assert math.degrees(moving.theta) == pytest.approx(after)
 
 
-def test_direction_stays_while_the_target_stands() -> None:
+def test_direction_is_kept_while_the_target_is_stationary() -> None:
     moving = course(10.0)
     moving.advance(0.0, 0.4)
     assert math.degrees(moving.theta) == pytest.approx(10.0)
     assert moving.speed < 4.0
 
 
-def test_course_is_unknown_until_the_target_has_left_its_place() -> None:
+def test_course_is_unknown_until_the_target_has_moved_away() -> None:
     moving = Course(0.0, 0.0, start_px=5.0, still_px=0.5)
     for x in (3.0, 6.0):
         moving.advance(x, 0.0)
@@ -103,14 +103,14 @@ def test_course_is_unknown_until_the_target_has_left_its_place() -> None:
     assert (moving.theta, moving.speed) == (0.0, 3.0)
 
 
-def test_course_stays_unknown_for_jitter_about_one_place() -> None:
+def test_course_stays_unknown_for_jitter_about_one_position() -> None:
     moving = Course(0.0, 0.0, start_px=5.0, still_px=0.5)
     for index in range(50):
         moving.advance(4.0 * (-1) ** index, 0.0)
     assert not moving.is_known
 
 
-def test_course_carries_on_as_constant_velocity_in_the_world() -> None:
+def test_course_predicts_constant_velocity_in_the_world() -> None:
     # A car at depth Z = 20 + 0.5 t and 3 m to the side, seen with f = 100 px: its
     # steps alone, smoothed, would lag behind; carried on by the size they do not.
     depths = 20.0 + 0.5 * np.arange(60)
@@ -124,7 +124,7 @@ def test_course_carries_on_as_constant_velocity_in_the_world() -> None:
     assert moving.growth == pytest.approx(math.log(depths[-2] / depths[-1]), rel=0.2)
 
 
-def test_speed_of_a_jittering_target_is_all_but_nothing(
+def test_speed_of_a_jittering_target_is_nearly_zero(
     rng: np.random.Generator,
 ) -> None:
     moving = course(0.0)

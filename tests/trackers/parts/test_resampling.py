@@ -15,18 +15,18 @@ def test_equal_weights_keep_every_particle_once(rng: np.random.Generator) -> Non
     assert systematic(np.full(5, 0.2), rng).tolist() == [0, 1, 2, 3, 4]
 
 
-def test_zero_weight_particle_is_never_drawn(rng: np.random.Generator) -> None:
+def test_zero_weight_particle_is_never_sampled(rng: np.random.Generator) -> None:
     weights = np.array([0.0, 0.5, 0.5, 0.0])
-    draws = [systematic(weights, rng) for _ in range(1000)]
-    assert set(np.concatenate(draws).tolist()) == {1, 2}
+    samples = [systematic(weights, rng) for _ in range(1000)]
+    assert set(np.concatenate(samples).tolist()) == {1, 2}
 
 
-def test_draw_counts_are_unbiased(rng: np.random.Generator) -> None:
+def test_sample_counts_are_unbiased(rng: np.random.Generator) -> None:
     weights = np.array([0.5, 0.3, 0.2])
     counts = np.zeros(3)
     for _ in range(20_000):
         counts += np.bincount(systematic(weights, rng), minlength=3)
-    # A count differs from its mean by less than one a draw: sd < 0.5 / sqrt(20 000).
+    # A count differs from its mean by less than one a sample: sd < 0.5 / sqrt(20 000).
     assert counts / counts.sum() == pytest.approx(weights, abs=0.005)
 
 
@@ -34,7 +34,7 @@ def test_draw_counts_are_unbiased(rng: np.random.Generator) -> None:
     raw=arrays(np.float64, st.integers(1, 60), elements=st.floats(0.0, 1.0)),
     seed=st.integers(0, 2**32 - 1),
 )
-def test_each_particle_is_drawn_its_share_or_once_more(
+def test_each_particle_is_sampled_its_share_or_once_more(
     raw: np.ndarray, seed: int
 ) -> None:
     if raw.sum() < 1e-3:

@@ -1,0 +1,272 @@
+"""The renderer: draws a scene through pyrender's buffers and shaders, in one pass.
+
+pyrender's own renderer uses a pass for the colour and one for each segmentation, with
+one draw call for each vehicle and uniforms looked up by name each time. This one keeps
+pyrender's meshes (`pyrender.Primitive`, instanced), shader programs and EGL platform
+and replaces the pass: it gives colour, instance id and depth together, uses one draw
+call for each vehicle body, and draws the target again, alone, for its visible fraction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.camera import Camera
+from simbench.core.errors import RenderError
+from simbench.render.gl import (
+    offscreen,  # must come before pyrender: it sets the platform
+)
+from simbench.render.gl.batches import CellMesh, InstancedMesh, may_be_visible
+from simbench.render.gl.framebuffers import Framebuffers
+from simbench.render.gl.lighting import Lighting
+from simbench.render.gl.shader_programs import Program
+from simbench.render.gl.textures import grain_texture
+from simbench.render.world.mesh import Mesh
+from simbench.render.world.projection import clip_matrix, shadow_matrix
+from simbench.render.world.scene import Scene
+
+# isort: split
+from OpenGL import GL
+
+__all__ = ["RenderedFrame", "SceneRenderer"]
+
+
+@dataclass(frozen=True, slots=True)
+class RenderedFrame:
+    """Image, ids and depth of one frame, with ``S`` samples a pixel along each axis.
+
+    Attributes
+    ----------
+    image : (H, W, 3) uint8, RGB
+        Mean over the samples of each pixel.
+    ids : (S H, S W) uint16
+        Instance id at every sample, never averaged.
+    target_silhouette : (S H, S W) bool
+        Samples that the target would cover without occlusion.
+    depth : (H, W) float32 or None, m
+        Distance along the optical axis at the sample nearest each pixel's middle;
+        infinite in the sky. None if not requested.
+    """
+
+    image: NDArray[np.uint8]
+    ids: NDArray[np.uint16]
+    target_silhouette: NDArray[np.bool_]
+    depth: NDArray[np.float32] | None
+
+
+class SceneRenderer:
+    """Renders one scene; to be closed, or used in a ``with`` statement.
+
+    Parameters
+    ----------
+    scene : Scene
+    width, height : int, px
+        Size of the images.
+    samples : int
+        Samples a pixel along each axis, 1 to 4.
+
+    Raises
+    ------
+    RenderError
+        If no OpenGL context can be opened.
+    """
+
+    def __init__(self, scene: Scene, width: int, height: int, samples: int) -> None:
+        offscreen.make_current()
+        self._scene = scene
+        self._buffers = Framebuffers(width, height, samples)
+        self._grain = grain_texture()
+        self._lighting = Lighting(scene)
+        defines = self._lighting.defines
+        self._programs = {
+            part: Program("scene.vert", "scene.frag", part, *defines)
+            for part in ("GROUND", "STATIC", "VEHICLES")
+        }
+        self._programs["sky"] = Program("sky.vert", "sky.frag")
+        self._programs["bare"] = Program("bare.vert", "bare.frag")
+        self._ground = CellMesh(scene.ground)
+        self._static = CellMesh(scene.static_objects)
+        self._distant = CellMesh(scene.distant)
+        counts = np.bincount(scene.body_of, minlength=len(scene.bodies))
+        self._bodies = [
+            InstancedMesh(mesh, int(count))
+            for mesh, count in zip(scene.bodies, counts, strict=True)
+        ]
+        reach = [np.linalg.norm(mesh.positions, axis=1).max() for mesh in scene.bodies]
+        self._reach = np.array(reach, dtype=np.float64)[scene.body_of]
+        self._sky = GL.glGenVertexArrays(1)
+
+    def __enter__(self) -> SceneRenderer:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the renderer."""
+        self.close()
+
+    def close(self) -> None:
+        """Free the renderer's resources on the graphics device."""
+        offscreen.make_current()
+        for mesh in (self._ground, self._static, self._distant):
+            mesh.delete()
+        for instances in self._bodies:
+            instances.delete()
+        for program in self._programs.values():
+            program.delete()
+        self._lighting.delete()
+        self._buffers.delete()
+        GL.glDeleteTextures([self._grain])
+        GL.glDeleteVertexArrays(1, [self._sky])
+
+    def replace_static_objects(self, mesh: Mesh) -> None:
+        """Render another mesh in place of the scene's static objects."""
+        offscreen.make_current()
+        self._static.delete()
+        self._static = CellMesh(mesh)
+
+    def render(
+        self,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+        target: int,
+        *,
+        with_depth: bool = False,
+        gain: float = 1.0,
+    ) -> RenderedFrame:
+        """Render one frame.
+
+        Parameters
+        ----------
+        camera : Camera
+            Its size must be that of the renderer.
+        poses : (V, 4, 4) float
+            Vehicle frames to the road frame.
+        present : (V,) bool
+            Which vehicles are on the road.
+        target : int
+            Index of the target.
+        with_depth : bool
+            Read the depth, too.
+        gain : float
+            Factor on all light, as of an exposure.
+        """
+        offscreen.make_current()
+        clip = clip_matrix(camera)
+        focus = poses[target, :3, 3] if present[target] else camera.position
+        light_clip = shadow_matrix(
+            self._scene.light.to_sun, focus, self._scene.shadow_radius_m
+        )
+        if self._scene.light.shadows:
+            self._place(poses, present, light_clip)
+            self._draw_shadows(light_clip)
+        self._place(poses, present, clip)
+        lighting = self._lighting.uniforms(camera, poses, present, gain)
+        self._draw_scene(camera, clip, light_clip, lighting)
+        image, ids, depth = self._buffers.read(with_depth=with_depth)
+        shown = np.full(int(present[target]), target)  # none or one
+        silhouette = self.silhouette(camera, poses, shown)
+        return RenderedFrame(image, ids, silhouette, depth)
+
+    def silhouette(
+        self, camera: Camera, poses: NDArray[np.float64], which: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
+        """Return the samples that some vehicles would cover without anything else.
+
+        Parameters
+        ----------
+        camera : Camera
+        poses : (V, 4, 4) float
+        which : (N,) int
+            Indices of vehicles that are on the road.
+
+        Returns
+        -------
+        (S H, S W) bool
+            At the samples of a frame's ids.
+        """
+        offscreen.make_current()
+        self._buffers.bind_ids_only()
+        self._programs["bare"].use({"view_projection": clip_matrix(camera)})
+        for number in np.unique(self._scene.body_of[which]).tolist():
+            body = self._bodies[number]
+            chosen = which[self._scene.body_of[which] == number]
+            body.place(poses[chosen].astype(np.float32))
+            body.draw()
+        covered = self._buffers.read_ids() > 0
+        error = GL.glGetError()
+        if error != GL.GL_NO_ERROR:
+            raise RenderError(f"OpenGL: expected no error, got {error:#x}")
+        return covered
+
+    def _place(
+        self,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+        clip: NDArray[np.float64],
+    ) -> None:
+        """Set the instances of the vehicles that may be visible in a projection."""
+        tagged = poses.astype(np.float32)
+        tagged[:, 3, :3] = self._scene.paints
+        tagged[:, 3, 3] = self._scene.ids
+        centre, reach = poses[:, :3, 3], self._reach[:, None]
+        visible = present & may_be_visible(clip, centre - reach, centre + reach)
+        for number, instances in enumerate(self._bodies):
+            instances.place(tagged[(self._scene.body_of == number) & visible])
+
+    def _draw_shadows(self, light_clip: NDArray[np.float64]) -> None:
+        self._buffers.bind_shadow()
+        self._programs["bare"].use({"view_projection": light_clip})
+        self._static.draw(light_clip)
+        for instances in self._bodies:
+            instances.draw()
+
+    def _draw_scene(
+        self,
+        camera: Camera,
+        clip: NDArray[np.float64],
+        light_clip: NDArray[np.float64],
+        lighting: dict[str, Any],
+    ) -> None:
+        self._buffers.bind_image()
+        self._buffers.bind_shadow_texture(0)
+        GL.glActiveTexture(GL.GL_TEXTURE1)
+        GL.glBindTexture(GL.GL_TEXTURE_2D, self._grain)
+        uniforms = lighting | {
+            "view_projection": clip,
+            "light_projection": light_clip,
+            "has_shadows": int(self._scene.light.shadows),
+            "shadow_map": 0,
+            "grain": 1,
+        }
+        # From near to far: hidden samples are not shaded.
+        self._programs["VEHICLES"].use(uniforms)
+        for instances in self._bodies:
+            instances.draw()
+        for part, mesh in (
+            ("STATIC", self._static),
+            ("GROUND", self._ground),
+            ("STATIC", self._distant),
+        ):
+            self._programs[part].use(uniforms)
+            mesh.draw(clip)
+        self._programs["sky"].use(lighting | {"to_world": _unprojection(clip, camera)})
+        GL.glDepthFunc(GL.GL_LEQUAL)
+        GL.glBindVertexArray(self._sky)
+        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+        GL.glDepthFunc(GL.GL_LESS)
+
+
+def _unprojection(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """Return the map from a clip-space corner at the far plane to a direction."""
+    inverse = np.linalg.inv(clip)
+    shift = np.eye(4)
+    shift[:3, 3] = -camera.position
+    # (inverse @ corner) is a point times w; shifting it by the eye times w keeps the
+    # first three parts along the ray, and w is positive at the far plane.
+    direction: NDArray[np.float64] = shift @ inverse
+    return direction

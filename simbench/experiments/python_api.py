@@ -1,0 +1,204 @@
+"""The commands ``run`` and ``sweep`` as Python functions, for scripts and notebooks."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from simbench.core.errors import SimbenchError
+from simbench.evaluation.scores import Scores
+from simbench.evaluation.sweep_axes import Sweep, parse_axis
+from simbench.evaluation.sweep_scores import SweepScores
+from simbench.experiments.request import Request
+from simbench.experiments.run import RunResult, run_experiment
+from simbench.runtime.run_jobs import Progress
+from simbench.runtime.versions import core_count
+from simbench.scenarios.files.loading import load_variants
+from simbench.scenarios.schema import Scenario
+from simbench.trackers.find_tracker import find_tracker
+
+__all__ = ["run", "sweep"]
+
+ScenarioLike = Scenario | str | Path
+
+
+def run(
+    scenarios: ScenarioLike | Iterable[ScenarioLike],
+    trackers: str | Iterable[str],
+    seeds: Iterable[int] = (0, 1, 2),
+    *,
+    repetitions: int = 1,
+    frames: int | None = None,
+    out: Path | str | None = None,
+    jobs: int | None = None,
+    cluster: str = "",
+    timeout_s: float = 300.0,
+    keep_sequences: bool = False,
+    progress: Progress | None = None,
+) -> Scores:
+    """Generate sequences, run trackers on them and score the tracks.
+
+    The same as ``simbench run``, which also prints the table.
+
+    Parameters
+    ----------
+    scenarios : Scenario, str or Path, or several
+        Names from `simbench.list_scenarios`, ``NAME@VARIANT``, ``NAME@all``, YAML
+        files, or scenarios from `simbench.load_scenario`.
+    trackers : str, or several
+        Specifications ``[LABEL=]NAME[@PARAMETER=VALUE]...``, see
+        `simbench.list_trackers`.
+    seeds : iterable of int
+        One scenario instance a seed.
+    repetitions : int
+        Runs of each tracker on the same sequence.
+    frames : int, optional
+        Cut scenarios to this many frames, at least 2.
+    out : Path or str, optional
+        Run folder with tables and report; what is finished there is not computed again.
+        By default a temporary folder that is removed.
+    jobs : int, optional
+        Worker processes at a time; by default as many as there are cores.
+    cluster : str
+        Address of a Dask scheduler whose workers do the work instead.
+    timeout_s : float, s
+        Wall time of one tracker on one sequence.
+    keep_sequences : bool
+        Keep the frames in the run folder.
+    progress : callable of (done, total, what), optional
+
+    Returns
+    -------
+    Scores
+        A run that failed has a row with its reason.
+
+    Raises
+    ------
+    SimbenchError
+        If a scenario, tracker or option is wrong, or the folder cannot be used.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> scores = simbench.run("smoke", ["still"], seeds=[0], jobs=1)
+    >>> scores.runs[["scenario", "seed", "tracker", "status"]].values.tolist()
+    [['smoke', 0, 'still', 'ok']]
+    """
+    request = Request(
+        tuple(_scenarios(scenarios, frames)),
+        tuple(find_tracker(spec) for spec in _several(trackers)),
+        tuple(seeds),
+        repetitions,
+        timeout_s,
+    )
+    result = _run(
+        request,
+        out,
+        jobs=jobs or core_count(),
+        cluster=cluster,
+        keep_sequences=keep_sequences,
+        progress=progress,
+    )
+    return result.scores
+
+
+def sweep(
+    scenario: ScenarioLike,
+    vary: str | Iterable[str],
+    trackers: str | Iterable[str],
+    seeds: Iterable[int] = (0, 1, 2),
+    *,
+    repetitions: int = 1,
+    frames: int | None = None,
+    out: Path | str | None = None,
+    jobs: int | None = None,
+    cluster: str = "",
+    timeout_s: float = 300.0,
+    progress: Progress | None = None,
+) -> SweepScores:
+    """Vary one or two dials of a scenario and find where each tracker breaks.
+
+    The same as ``simbench sweep``, which also prints the tables.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or Path
+        One scenario, as in `run`.
+    vary : str, or two
+        ``DIAL=FIRST:LAST:STEP`` with both ends, or ``DIAL=VALUE,VALUE,...``.
+    trackers, seeds, repetitions, frames, out, jobs, cluster, timeout_s, progress
+        See `run`.
+
+    Returns
+    -------
+    SweepScores
+        Scores by value of the dial, and breaking points with intervals.
+
+    Raises
+    ------
+    SimbenchError
+        As `run`, and if a dial or its values are wrong.
+
+    Examples
+    --------
+    >>> import simbench
+    >>> found = simbench.sweep("smoke", "noise=0,0.05", "still", seeds=[0], jobs=1)
+    >>> found.sweep.dials
+    ('noise',)
+    """
+    base, *others = _scenarios(scenario, frames)
+    if others:
+        raise SimbenchError(f"{scenario}: a sweep takes one variant, got several")
+    asked = Sweep(base.name, base.variant, tuple(map(parse_axis, _several(vary))))
+    request = Request(
+        tuple(asked.variants(base)),
+        tuple(find_tracker(spec) for spec in _several(trackers)),
+        tuple(seeds),
+        repetitions,
+        timeout_s,
+        asked,
+    )
+    result = _run(
+        request, out, jobs=jobs or core_count(), cluster=cluster, progress=progress
+    )
+    if result.swept is None:
+        raise AssertionError("a request with a sweep has a summary of it")
+    return result.swept
+
+
+def _run(
+    request: Request,
+    out: Path | str | None,
+    *,
+    jobs: int,
+    cluster: str,
+    progress: Progress | None,
+    keep_sequences: bool = False,
+) -> RunResult:
+    with tempfile.TemporaryDirectory(prefix="simbench-run-") as temporary:
+        return run_experiment(
+            request,
+            Path(out or temporary),
+            command="",
+            jobs=jobs,
+            cluster=cluster,
+            keep_sequences=keep_sequences,
+            progress=progress,
+        )
+
+
+def _several(values: str | Iterable[str]) -> list[str]:
+    return [values] if isinstance(values, str) else list(values)
+
+
+def _scenarios(
+    given: ScenarioLike | Iterable[ScenarioLike], frames: int | None
+) -> list[Scenario]:
+    listed = [given] if isinstance(given, (Scenario, str, Path)) else list(given)
+    found = [
+        scenario
+        for one in listed
+        for scenario in ([one] if isinstance(one, Scenario) else load_variants(one))
+    ]
+    return [s if frames is None else s.shortened(frames) for s in found]
