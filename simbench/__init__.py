@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from simbench.evaluation.tracker_checks import check_tracker
     from simbench.experiments.python_api import run, sweep
     from simbench.generation.generate import generate
-    from simbench.scenarios.files.loading import list_scenarios, load_scenario
+    from simbench.scenarios.files.library import list_scenarios
+    from simbench.scenarios.files.loading import load_scenario
     from simbench.scenarios.schema import Scenario
     from simbench.trackers.find_tracker import list_trackers
 
@@ -73,7 +74,7 @@ _HOMES = {
     "Truth": "core.sequence",
     "check_tracker": "evaluation.tracker_checks",
     "generate": "generation.generate",
-    "list_scenarios": "scenarios.files.loading",
+    "list_scenarios": "scenarios.files.library",
     "list_trackers": "trackers.find_tracker",
     "load_scenario": "scenarios.files.loading",
     "read_sequence": "datasets.native",

@@ -20,7 +20,7 @@ def test_every_file_a_page_links_to_exists(page: str) -> None:
 
 
 def test_readme_names_every_library_scenario_and_tracker() -> None:
-    from simbench.scenarios.files.loading import list_scenarios
+    from simbench.scenarios.files.library import list_scenarios
 
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert [name for name in list_scenarios() if f"`{name}`" not in text] == []

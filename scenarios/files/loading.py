@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Hashable
-from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import yaml
 from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
+from simbench.scenarios.files.library import library_files, list_scenarios
 from simbench.scenarios.files.samples import samples_in, schema_with_samples
 from simbench.scenarios.files.variants import KEY, apply_variant, variant_names
 from simbench.scenarios.schema import Scenario
@@ -21,7 +20,6 @@ from simbench.scenarios.schema.sumo_config import with_absolute_paths
 
 __all__ = [
     "expand_variants",
-    "list_scenarios",
     "load_scenario",
     "load_variants",
     "read_raw_scenario",
@@ -31,23 +29,6 @@ __all__ = [
 
 _MAX_VALUES = 100_000
 _MERGE_TAG = "tag:yaml.org,2002:merge"
-
-
-@cache
-def _library() -> dict[str, Path]:
-    folder = Path(str(resources.files("simbench.scenarios"))) / "library"
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
-
-
-def list_scenarios() -> list[str]:
-    """Return the names of the scenarios that ship with simbench, sorted.
-
-    Examples
-    --------
-    >>> "poles" in list_scenarios()
-    True
-    """
-    return list(_library())
 
 
 def load_scenario(name_or_path: str | Path) -> Scenario:
@@ -180,8 +161,8 @@ def _located(name_or_path: str | Path) -> tuple[Path, str]:
         text, _, variant = text.rpartition("@")
         if not variant:
             raise ScenarioError(f"{text}@: expected a variant's name after the @")
-    if text in _library():
-        return _library()[text], variant
+    if text in library_files():
+        return library_files()[text], variant
     if text.endswith((".yaml", ".yml")) or "/" in text:
         return Path(text), variant
     near = difflib.get_close_matches(text, list_scenarios(), n=1)

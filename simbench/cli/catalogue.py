@@ -37,11 +37,8 @@ def catalogue(
     from simbench.report.catalogue.make import make_entries
     from simbench.report.catalogue.page import write_catalogue
     from simbench.runtime.versions import core_count
-    from simbench.scenarios.files.loading import (
-        expand_variants,
-        list_scenarios,
-        variants_of,
-    )
+    from simbench.scenarios.files.library import list_scenarios
+    from simbench.scenarios.files.loading import expand_variants, variants_of
 
     names = [
         one for name in scenarios or list_scenarios() for one in expand_variants(name)

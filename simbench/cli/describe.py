@@ -18,19 +18,14 @@ _MARKS = {"ok": "ok     ", "missing": "MISSING", "absent": "absent "}
 
 def list_all() -> None:
     """List the scenarios with what they test, and the trackers."""
-    from simbench.scenarios.files.loading import (
-        list_scenarios,
-        load_scenario,
-        variants_of,
-    )
+    from simbench.scenarios.files.library import scenario_summaries
     from simbench.trackers.find_tracker import list_trackers
 
     console = Console()
-    scenarios = [load_scenario(name) for name in list_scenarios()]
-    rows = []
-    for s in scenarios:
-        names = [s.name, *(f"  @{variant}" for variant in variants_of(s.name))]
-        rows.append(("\n".join(names), str(s.frames), s.tests))
+    rows = [
+        ("\n".join([s.name, *(f"  @{v}" for v in s.variants)]), str(s.frames), s.tests)
+        for s in scenario_summaries()
+    ]
     print_table(console, ("scenario", "frames", "what it tests"), rows)
     print_table(console, ("tracker", "description"), list_trackers().items())
 

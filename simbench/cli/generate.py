@@ -143,11 +143,14 @@ def show(
     frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,
 ) -> None:
     """Render one frame of a scenario, draw the truth into it, and write a PNG."""
-    from simbench.experiments.request import path_safe
-    from simbench.generation.preview import write_preview
     from simbench.scenarios.files.recipe import load_recipe
 
+    # before the heavy imports: a mistake in the file is reported at once
     scenario = load_recipe(name).scenario(seed)
+
+    from simbench.experiments.request import path_safe
+    from simbench.generation.preview import write_preview
+
     path = out or Path(f"{path_safe(scenario.full_name)}.png")
     with interruptible("nothing was written"):
         write_preview(scenario, seed, frame, path)

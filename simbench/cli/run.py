@@ -58,10 +58,13 @@ def run(
 
     A tracker that fails loses only its own row; the exit status is then 1.
     """
+    # before the heavy imports: a mistake in a file is reported at once
+    found = scenarios_from(scenarios, frames)
+
     from simbench.experiments.request import Request, parse_seeds
 
     request = Request(
-        scenarios_from(scenarios, frames),
+        found,
         trackers_from(trackers),
         parse_seeds(seeds),
         repetitions,

@@ -22,7 +22,6 @@ from simbench.cli.arguments import (
 )
 from simbench.cli.display import print_line, print_table
 from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish
-from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
     from simbench.evaluation.sweep_scores import SweepScores
@@ -58,20 +57,13 @@ def sweep(
 
     Values that cannot be reached are left out and named; they fail no sweep.
     """
-    from simbench.evaluation.sweep_axes import Sweep, parse_axis
-    from simbench.experiments.request import Request, parse_seeds
+    # before the heavy imports: a mistake in the file is reported at once
+    found = scenarios_from([scenario], frames)
 
-    base, *others = scenarios_from([scenario], frames)
-    if others:
-        raise SimbenchError(f"{scenario}: expected one variant, got {1 + len(others)}")
-    requested = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
-    request = Request(
-        tuple(requested.variants(base)),
-        trackers_from(trackers),
-        parse_seeds(seeds),
-        repetitions,
-        timeout,
-        requested,
+    from simbench.experiments.request import parse_seeds, sweep_request
+
+    request = sweep_request(
+        found, vary, trackers_from(trackers), parse_seeds(seeds), repetitions, timeout
     )
     console = Console()
     result = execute_request(

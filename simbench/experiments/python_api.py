@@ -6,11 +6,9 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-from simbench.core.errors import SimbenchError
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_axes import Sweep, parse_axis
 from simbench.evaluation.sweep_scores import SweepScores
-from simbench.experiments.request import Request
+from simbench.experiments.request import Request, sweep_request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.runtime.run_jobs import Progress
 from simbench.runtime.versions import core_count
@@ -147,17 +145,13 @@ def sweep(
     >>> found.sweep.dials
     ('noise',)
     """
-    base, *others = _scenarios(scenario, frames)
-    if others:
-        raise SimbenchError(f"{scenario}: a sweep takes one variant, got several")
-    asked = Sweep(base.name, base.variant, tuple(map(parse_axis, _several(vary))))
-    request = Request(
-        tuple(asked.variants(base)),
+    request = sweep_request(
+        _scenarios(scenario, frames),
+        _several(vary),
         tuple(find_tracker(spec) for spec in _several(trackers)),
         tuple(seeds),
         repetitions,
         timeout_s,
-        asked,
     )
     result = _run(
         request, out, jobs=jobs or core_count(), cluster=cluster, progress=progress

@@ -6,13 +6,13 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from simbench.core.errors import SimbenchError
-from simbench.evaluation.sweep_axes import Sweep
+from simbench.evaluation.sweep_axes import Sweep, parse_axis
 from simbench.runtime.code_digest import digest_of
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import TrackerSpec
@@ -22,6 +22,7 @@ __all__ = [
     "parse_seeds",
     "path_safe",
     "spec_text",
+    "sweep_request",
 ]
 
 MAX_SEEDS = 100_000
@@ -96,6 +97,40 @@ class Request:
     def rng(self) -> np.random.Generator:
         """Return the generator for statistics over the run's scores (bootstrap)."""
         return np.random.default_rng(int(self.digest[:16], 16))
+
+
+def sweep_request(
+    scenarios: Sequence[Scenario],
+    vary: Iterable[str],
+    trackers: tuple[TrackerSpec, ...],
+    seeds: tuple[int, ...],
+    repetitions: int = 1,
+    timeout_s: float = 300.0,
+) -> Request:
+    """Return the request of a sweep over dials of one scenario.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        One.
+    vary : iterable of str
+        Dials and values, see `simbench.evaluation.sweep_axes.parse_axis`.
+    trackers, seeds, repetitions, timeout_s
+        See `Request`.
+
+    Raises
+    ------
+    SimbenchError
+        If there are several scenarios, or a dial or its values are wrong.
+    """
+    base, *others = scenarios
+    if others:
+        raise SimbenchError(
+            f"{base.name}: a sweep takes one variant, got {1 + len(others)}"
+        )
+    sweep = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
+    variants = tuple(sweep.variants(base))
+    return Request(variants, trackers, seeds, repetitions, timeout_s, sweep)
 
 
 def path_safe(name: str) -> str:

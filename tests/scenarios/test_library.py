@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 
 from simbench.core.box import area, centers, clip
 from simbench.generation.dials.probe import OcclusionProbe, target_boxes
-from simbench.scenarios.files.loading import (
-    list_scenarios,
-    load_scenario,
-    load_variants,
-    variants_of,
-)
+from simbench.scenarios.files.library import list_scenarios
+from simbench.scenarios.files.loading import load_scenario, load_variants, variants_of
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import build_stage
 

@@ -7,11 +7,8 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.loading import (
-    list_scenarios,
-    load_scenario,
-    scenario_schema,
-)
+from simbench.scenarios.files.library import list_scenarios
+from simbench.scenarios.files.loading import load_scenario, scenario_schema
 from tests.scenarios.small_scenario import small_scenario
 
 
