@@ -67,9 +67,11 @@ class Scores:
     Examples
     --------
     >>> import simbench
-    >>> scores = simbench.run("smoke", "still", seeds=[0, 1], frames=4, jobs=1)
-    >>> scores.runs[["seed", "frames_scored"]].values.tolist()
-    [[0, 3], [1, 3]]
+    >>> scenario = simbench.load_scenario("smoke").shortened(2)
+    >>> sequence = simbench.generate(scenario, seed=0)
+    >>> scores = simbench.score(simbench.track("still", sequence), sequence)
+    >>> len(scores.runs), len(scores.frames)
+    (1, 2)
     """
 
     runs: pd.DataFrame

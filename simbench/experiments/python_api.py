@@ -79,7 +79,7 @@ def run(
     Examples
     --------
     >>> import simbench
-    >>> scores = simbench.run("smoke", ["still"], seeds=[0], jobs=1)
+    >>> scores = simbench.run("smoke", "still", seeds=[0], frames=4, jobs=1)
     >>> scores.runs[["scenario", "seed", "tracker", "status"]].values.tolist()
     [['smoke', 0, 'still', 'ok']]
     """
@@ -141,7 +141,7 @@ def sweep(
     Examples
     --------
     >>> import simbench
-    >>> found = simbench.sweep("smoke", "noise=0,0.05", "still", seeds=[0], jobs=1)
+    >>> found = simbench.sweep("smoke", "noise=0,0.05", "still", [0], frames=4)
     >>> found.sweep.dials
     ('noise',)
     """

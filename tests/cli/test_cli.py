@@ -288,6 +288,7 @@ def test_failed_run_is_reported_and_status_1(
     assert "failed: still on blind, seed 0: no sequence: blind: " in output
 
 
+@pytest.mark.slow  # make test runs the gate itself
 @pytest.mark.sumo
 @pytest.mark.gl
 def test_check_is_green_on_the_same_code_and_red_with_a_tenth_of_the_particles(
