@@ -19,14 +19,16 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Self, get_args, get_origin
 
-import numpy as np
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError, model_validator
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.strict_model import StrictModel, error_line, types_in
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = [
     "is_sample",
@@ -203,6 +205,8 @@ def resolve_samples(
 def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generator:
     text = f"{name}:{'.'.join(key)}:{depth}"
     word = int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big")
+    import numpy as np  # here: a file without samples is checked without it
+
     return np.random.default_rng([seed, word])
 
 

@@ -1,4 +1,4 @@
-"""Digests of the code that makes a result, so that no old result passes for a new one.
+"""Digests of the code that computes a result, so that results of other code are redone.
 
 A run that is called again keeps the results it has. A result of other code must be
 computed again, or a developer who edits a tracker and repeats the command sees old

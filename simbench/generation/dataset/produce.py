@@ -128,7 +128,7 @@ def produce_dataset(
         with open_pool(jobs, cluster, scratch, log, shared) as pool:
             put_json(store, MANIFEST, manifest)
             remove_unfinished(store)
-            work = _Production(request, existing, store, scratch, progress)
+            work = _ProductionState(request, existing, store, scratch, progress)
             run_jobs(pool, work.next_job, work.finish, work.report)
         if progress is not None:
             progress(1.0, 1.0, "writing the index")
@@ -143,7 +143,7 @@ def produce_dataset(
 
 
 @dataclass
-class _Production:
+class _ProductionState:
     """The state of a production: sequences that wait, are done, and failed."""
 
     request: DatasetRequest
