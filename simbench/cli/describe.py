@@ -51,16 +51,12 @@ def schema(
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete YAML."""
     from simbench.core.atomic_write import atomic_write
-    from simbench.core.errors import DatasetError
     from simbench.scenarios.files.loading import scenario_schema
 
     text = json.dumps(scenario_schema(), indent=2) + "\n"
     if out is None:
         typer.echo(text, nl=False)
         return
-    try:
-        with atomic_write(out) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise DatasetError(f"{out}: cannot be written: {error.strerror}") from None
+    with atomic_write(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     typer.echo(str(out))

@@ -78,14 +78,10 @@ def write_truth_tables(sequence: Sequence, folder: Path) -> None:
         "simbench.seed": "" if sequence.seed is None else str(sequence.seed),
         "simbench.digest": sequence.digest,
     }
-    try:
-        for name, values in tables.items():
-            with atomic_write(folder / f"{name}.parquet") as temporary:
-                pq.write_table(
-                    _table(name, values, metadata), temporary, compression="zstd"
-                )
-    except OSError as error:
-        raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None
+    for name, values in tables.items():
+        with atomic_write(folder / f"{name}.parquet") as temporary:
+            table = _table(name, values, metadata)
+            pq.write_table(table, temporary, compression="zstd")
 
 
 def read_truth(

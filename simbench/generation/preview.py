@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import DatasetError, ScenarioError
+from simbench.core.errors import ScenarioError
 from simbench.core.sequence import Truth
 from simbench.generation.attempts import render_in_view
 from simbench.scenarios.schema import Scenario
@@ -42,11 +42,8 @@ def write_preview(scenario: Scenario, seed: int, frame: int, path: Path) -> None
     _, truth = render_in_view(scenario, seed, keep, frames=frame + 1)
     preview = draw_truth(last[0], truth, frame)
     _, encoded = cv2.imencode(".png", preview[..., ::-1])
-    try:
-        with atomic_write(path) as temporary:
-            temporary.write_bytes(encoded.data)
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be written: {error.strerror}") from None
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(encoded.data)
 
 
 def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np.uint8]:

@@ -8,7 +8,6 @@ from typing import Any, Final
 import jinja2
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import DatasetError
 
 __all__ = ["FOLDER", "write_html"]
 
@@ -41,8 +40,5 @@ def write_html(template: str, out: Path, **values: Any) -> None:
     )
     css = (FOLDER / "page.css").read_text(encoding="utf-8")
     html = environment.get_template(template).render(css=css, **values)
-    try:
-        with atomic_write(out) as partial:
-            partial.write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise DatasetError(f"{out}: cannot be written: {error.strerror}") from error
+    with atomic_write(out) as partial:
+        partial.write_text(html, encoding="utf-8")
