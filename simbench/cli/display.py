@@ -97,8 +97,8 @@ def score_table(scores: Scores) -> Table:
         "fps": ("fps", "{:.0f}"),
     }
     caption = (
-        "means over seeds: precision at 20 px, success at overlap 0.5, area below the "
-        "success curve, error in px at the centre, particles a frame, frames/s"
+        "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
+        "success curve, error in px at the centre, particles per frame, frames/s"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in measures.values():

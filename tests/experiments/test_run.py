@@ -160,8 +160,8 @@ def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) ->
     [
         pytest.param("scores.parquet", None, id="no scores"),
         pytest.param("frames.parquet", b"PAR1", id="cut frames"),
-        pytest.param("report.html", None, id="no report"),
-        pytest.param("report.html", b"<html>", id="cut report"),
+        pytest.param("report.html", None, id="no report", marks=pytest.mark.slow),
+        pytest.param("report.html", b"<html>", id="cut report", marks=pytest.mark.slow),
         pytest.param("run.json", b"{", id="cut facts"),
     ],
 )
