@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from simbench.core.camera import Camera
 from simbench.core.trajectories import Trajectories
@@ -18,6 +18,9 @@ from simbench.scenarios.schema import Floor, Scenario, SumoRoad
 from simbench.scenarios.schema.seeds import generator
 
 __all__ = ["Stage", "build_stage"]
+
+_PER_FRAME = ("times", "positions", "headings", "pitches", "speeds", "lanes")
+"""Arrays of `Trajectories` with one row a frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,19 @@ class Stage:
     cameras: tuple[Camera, ...]
     occluders: tuple[PlacedOccluder, ...]
     network: Network | None = None
+
+    def with_frames(self, frames: slice | list[int]) -> Stage:
+        """Return a copy that has only the given frames."""
+        whole = self.trajectories
+        rows = {name: getattr(whole, name)[frames] for name in _PER_FRAME}
+        indices = (
+            range(len(whole.times))[frames] if isinstance(frames, slice) else frames
+        )
+        return replace(
+            self,
+            trajectories=replace(whole, **rows),
+            cameras=tuple(self.cameras[index] for index in indices),
+        )
 
 
 def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:

@@ -22,7 +22,7 @@ ORDER = (
     {"verification"},
     {"cli"},
 )
-"""The rooms of the package: each imports only itself and what stands before it."""
+"""The rooms of the package: each imports only itself and earlier ones."""
 LINKS = ("scenarios", "render", "trackers")
 HIDDEN_FROM = {room: {"trackers"} for room in ("render", "datasets", "generation")}
 """What makes sequences knows no tracker, as trackers know no truth."""
@@ -103,7 +103,7 @@ def faults(module: str, source: str) -> list[str]:
     for name in imports(source):
         top = name.partition(".")[0]
         if top == "simbench" and not may_import(room(module), room(name)):
-            found.append(f"{module} imports {name}, which stands later in the order")
+            found.append(f"{module} imports {name}, which is later in the order")
         if top in ONLY_THERE and module not in ONLY_THERE[top]:
             found.append(f"{module} imports {name}; only {ONLY_THERE[top]} may")
     return found

@@ -203,10 +203,10 @@ def resolve_samples(
 
 
 def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generator:
-    text = f"{name}:{'.'.join(key)}:{depth}"
-    word = int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big")
     import numpy as np  # here: a file without samples is checked without it
 
+    text = f"{name}:{'.'.join(key)}:{depth}"
+    word = int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big")
     return np.random.default_rng([seed, word])
 
 

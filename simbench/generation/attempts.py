@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,6 @@ _CORRECTABLE = 0.15
 """Largest error of the hidden share that another attempt corrects."""
 _TRAFFIC_SAMPLES = 10
 """Traffic samples tried until one leaves the target in plain view."""
-_PER_FRAME = "times", "positions", "headings", "pitches", "speeds", "lanes"
 
 
 def render_with_dials(
@@ -130,7 +128,7 @@ def render_in_view(
             solved = solve_dials(scenario, seed, skip=skip, correction=correction)
             stage = build_stage(solved, seed, skip=skip)
             skip = stage.trajectories.traffic_redraws + 1
-            stage = _first_frames(stage, frames)
+            stage = stage.with_frames(slice(frames))
             truth = render_frames(stage, keep, channels=channels, progress=progress)
             return stage, truth
         except TrafficOccludesTargetError as error:
@@ -145,10 +143,3 @@ def render_in_view(
                 f"{error} (dials set camera.fov_rad to {fov:.3g})"
             ) from error
     raise unfit
-
-
-def _first_frames(stage: Stage, frames: int | None) -> Stage:
-    whole = stage.trajectories
-    start = {name: getattr(whole, name)[:frames] for name in _PER_FRAME}
-    trajectories = replace(whole, **start)
-    return replace(stage, trajectories=trajectories, cameras=stage.cameras[:frames])

@@ -17,7 +17,7 @@ from simbench.experiments.plan import plan
 from simbench.experiments.regression_suite import DEFAULT_SUITE, Suite
 from simbench.experiments.request import Request, parse_seeds, spec_text
 from simbench.experiments.run_folder import RunFolder
-from simbench.generation.dataset import request as wanted
+from simbench.generation.dataset import request as dataset_request
 from simbench.runtime import code_digest as code_digest_module
 from simbench.runtime.code_digest import code_digest
 from simbench.runtime.versions import versions
@@ -174,7 +174,7 @@ def test_code_of_a_sequence_counts_simulator_process_and_shaders_but_no_report(
 def test_code_of_a_data_set_leaves_out_its_card(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    names = counted(monkeypatch, *wanted._CODE)
+    names = counted(monkeypatch, *dataset_request._CODE)
     assert "simbench.datasets.formats.mot17" in names
     assert not any("card" in name for name in names)
 

@@ -247,10 +247,10 @@ def test_report_again_shows_the_sequences_that_were_kept(
     folder = RunFolder(tmp_path / "run")
     shutil.copytree(finished[0].path, folder.path)
     folder.report.unlink()
-    told: list[float] = []
-    rebuild_report(folder.path, lambda done, of, doing: told.append(done))
+    reported: list[float] = []
+    rebuild_report(folder.path, lambda done, of, doing: reported.append(done))
     assert folder.report.exists()
-    assert told == []  # nothing was filmed
+    assert reported == []  # nothing was filmed
 
 
 def test_scenario_that_cannot_be_filmed_costs_its_rows(tmp_path: Path) -> None:

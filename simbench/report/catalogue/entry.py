@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
@@ -30,7 +30,6 @@ _WIDTH_PX = 480
 _QUALITY = 80
 _MIN_HIDDEN = 0.05  # hidden share from which the most hidden frame is shown
 _SETTLING = 3.0  # settling time of an automatic exposure, in time constants
-_TRAJECTORY_ROWS = ("times", "positions", "headings", "pitches", "speeds", "lanes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +158,7 @@ def _stills(stage: Stage, chosen: dict[str, int]) -> tuple[Snapshot, ...]:
         if frames[index] in shown:
             images[frames[index]] = image.copy()
 
-    truth = render_frames(_with_frames(stage, frames), keep)
+    truth = render_frames(stage.with_frames(frames), keep)
     rows = {frame: row for row, frame in enumerate(frames)}
     return tuple(
         snapshot(
@@ -180,17 +179,6 @@ def _exposure_frames(stage: Stage, frame: int) -> range:
     imaging = stage.scenario.imaging
     settling_s = _SETTLING * (imaging.auto_exposure_s or 0.0)
     return range(max(0, frame - math.ceil(settling_s / imaging.interval_s)), frame + 1)
-
-
-def _with_frames(stage: Stage, frames: list[int]) -> Stage:
-    """Return a stage with only some of its frames."""
-    whole = stage.trajectories
-    rows = {name: getattr(whole, name)[frames] for name in _TRAJECTORY_ROWS}
-    return replace(
-        stage,
-        trajectories=replace(whole, **rows),
-        cameras=tuple(stage.cameras[frame] for frame in frames),
-    )
 
 
 def _achieved(
