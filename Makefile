@@ -2,6 +2,8 @@
 
 PYTHON ?= python3
 JOBS ?= 2
+# without bytecode on disk every process compiles its libraries anew, most of its start
+unexport PYTHONDONTWRITEBYTECODE
 
 BIN := .venv/bin
 # what pyrender and libsumo load at run time
@@ -59,11 +61,11 @@ clean:
 
 .venv/installed: .venv/python pyproject.toml
 	@.ci/system-packages $(LIBRARIES)
-	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -e .
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e .
 	@touch $@
 
 .venv/developer: .venv/installed
-	@$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@$(BIN)/simbench doctor
 	@touch $@
 
@@ -76,9 +78,9 @@ clean:
 .venv-bench/installed: pyproject.toml
 	@.ci/python-environment $(PYTHON) .venv-bench
 	@.ci/system-packages $(LIBRARIES)
-	@.venv-bench/bin/pip install --quiet --disable-pip-version-check --no-compile -e '.[dev]'
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@.venv-bench/bin/pip uninstall --quiet -y opencv-python-headless
-	@.venv-bench/bin/pip install --quiet --disable-pip-version-check --no-compile \
+	@.venv-bench/bin/pip install --quiet --disable-pip-version-check \
 	    opencv-contrib-python-headless
 	@touch $@
 
@@ -87,9 +89,9 @@ clean:
 .venv-compat/installed: pyproject.toml tests/compat/requirements.txt
 	@.ci/python-environment $(PYTHON) .venv-compat
 	@.ci/system-packages $(LIBRARIES)
-	@.venv-compat/bin/pip install --quiet --disable-pip-version-check --no-compile \
+	@.venv-compat/bin/pip install --quiet --disable-pip-version-check \
 	    -e . -r tests/compat/requirements.txt
 	@.venv-compat/bin/pip uninstall --quiet -y opencv-python opencv-python-headless
-	@.venv-compat/bin/pip install --quiet --disable-pip-version-check --no-compile \
+	@.venv-compat/bin/pip install --quiet --disable-pip-version-check \
 	    opencv-python-headless
 	@touch $@
