@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Cluster",
     "Frames",
-    "Fresh",
     "Jobs",
+    "Memory",
     "Names",
     "Out",
     "Repetitions",
+    "Replace",
     "Seeds",
     "Timeout",
     "Trackers",
@@ -44,7 +45,11 @@ Seeds = Annotated[
 Jobs = Annotated[
     int | None,
     typer.Option(
-        "--jobs", "-j", min=1, max=256, help="Worker processes; default: one a core."
+        "--jobs",
+        "-j",
+        min=0,
+        max=256,
+        help="Worker processes; default: one a core; 0: this process (for pdb).",
     ),
 ]
 Cluster = Annotated[
@@ -67,7 +72,17 @@ Out = Annotated[
 Timeout = Annotated[
     float, typer.Option(help="Time limit of one tracker on one sequence, s.")
 ]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Run finished parts again.")]
+Memory = Annotated[
+    int,
+    typer.Option("--memory-mb", help="Memory limit of a tracker's process, MiB."),
+]
+Replace = Annotated[
+    bool,
+    typer.Option(
+        "--replace",
+        help="Run finished parts again, and replace results of the same names.",
+    ),
+]
 Frames = Annotated[
     int | None,
     typer.Option(min=2, help="Shorten scenarios to this many frames, then set dials."),

@@ -70,7 +70,7 @@ def check(
 
 
 def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
-    from simbench.experiments.grid import run_grid
+    from simbench.experiments.grid import run_request
     from simbench.experiments.run_folder import RunFolder
     from simbench.runtime.versions import core_count
 
@@ -78,10 +78,10 @@ def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
         tempfile.TemporaryDirectory(prefix="simbench-check-") as folder,
         progress_bar(console, "nothing was written") as progress,
     ):
-        scores, sequences = run_grid(
+        scores, sequences = run_request(
             suite.request(),
             RunFolder(Path(folder)),
-            jobs=jobs or core_count(),
+            jobs=core_count() if jobs is None else jobs,
             progress=progress,
         )
     if not sequences:  # no tracker ran, so no tracker got worse

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shlex
 import sys
 from pathlib import Path
@@ -13,11 +14,12 @@ from rich.console import Console
 from simbench.cli.arguments import (
     Cluster,
     Frames,
-    Fresh,
     Jobs,
+    Memory,
     Names,
     Out,
     Repetitions,
+    Replace,
     Seeds,
     Timeout,
     Trackers,
@@ -29,6 +31,8 @@ from simbench.cli.display import print_line, progress_bar, score_table
 if TYPE_CHECKING:
     from simbench.experiments.request import Request
     from simbench.experiments.run import RunResult
+
+logger = logging.getLogger(__name__)
 
 __all__ = ["execute_request", "finish", "report", "run"]
 
@@ -51,7 +55,8 @@ def run(
             "--keep-sequences", help="Keep the sequences, in later calls too."
         ),
     ] = False,
-    fresh: Fresh = False,
+    memory_mb: Memory = 4096,
+    replace: Replace = False,
     cluster: Cluster = "",
 ) -> None:
     """Generate, track, score and report; the same command resumes a stopped run.
@@ -69,6 +74,7 @@ def run(
         parse_seeds(seeds),
         repetitions,
         timeout,
+        memory_mb,
     )
     console = Console()
     result = execute_request(
@@ -78,7 +84,7 @@ def run(
         jobs=jobs,
         cluster=cluster,
         keep_sequences=keep_sequences,
-        fresh=fresh,
+        replace=replace,
     )
     console.print(score_table(result.scores))
     finish(console, result)
@@ -91,7 +97,7 @@ def execute_request(
     *,
     jobs: int | None,
     cluster: str,
-    fresh: bool,
+    replace: bool,
     keep_sequences: bool = False,
 ) -> RunResult:
     """Run a request and show its progress; see `run_experiment`."""
@@ -103,10 +109,10 @@ def execute_request(
             request,
             out or _RUNS / request.folder_name,
             command=shlex.join(["simbench", *sys.argv[1:]]),
-            jobs=jobs or core_count(),
+            jobs=core_count() if jobs is None else jobs,
             cluster=cluster,
             keep_sequences=keep_sequences,
-            fresh=fresh,
+            replace=replace,
             progress=progress,
         )
 
@@ -115,6 +121,8 @@ def finish(console: Console, result: RunResult) -> NoReturn:
     """Print what failed and where the report is, and exit with status 0 or 1."""
     for failure in result.failures:
         print_line(console, f"failed: {failure}", "red")
+    for output in result.outputs_of_failures:
+        logger.debug("%s:\n%s", output, output.read_text(errors="replace"))
     print_line(console, f"report: {result.report}")
     raise typer.Exit(1 if result.failures else 0)
 

@@ -10,10 +10,11 @@ from rich.console import Console
 from simbench.cli.arguments import (
     Cluster,
     Frames,
-    Fresh,
     Jobs,
+    Memory,
     Out,
     Repetitions,
+    Replace,
     Seeds,
     Timeout,
     Trackers,
@@ -50,7 +51,8 @@ def sweep(
     out: Out = None,
     jobs: Jobs = None,
     timeout: Timeout = 300.0,
-    fresh: Fresh = False,
+    memory_mb: Memory = 4096,
+    replace: Replace = False,
     cluster: Cluster = "",
 ) -> None:
     """Vary one or two dials of a scenario and find where each tracker breaks.
@@ -63,11 +65,17 @@ def sweep(
     from simbench.experiments.request import parse_seeds, sweep_request
 
     request = sweep_request(
-        found, vary, trackers_from(trackers), parse_seeds(seeds), repetitions, timeout
+        found,
+        vary,
+        trackers_from(trackers),
+        parse_seeds(seeds),
+        repetitions,
+        timeout,
+        memory_mb,
     )
     console = Console()
     result = execute_request(
-        console, request, out, jobs=jobs, cluster=cluster, fresh=fresh
+        console, request, out, jobs=jobs, cluster=cluster, replace=replace
     )
     if result.swept is not None:
         _print(console, result.swept)

@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from simbench.core.box import Box
 from simbench.core.frame import Frame
 
-__all__ = ["Estimate", "Failure", "FailureKind", "Track", "Tracker"]
+__all__ = ["Estimate", "Failure", "FailureKind", "Phase", "Track", "Tracker"]
 
-FailureKind = Literal["exception", "timeout", "not-a-number"]
+FailureKind = Literal["exception", "timeout", "not-a-number", "memory", "crash"]
+"""It raised, took too long, returned an invalid number, ran out of its memory limit, or
+ended its process."""
+Phase = Literal["construction", "init", "update"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,15 +85,23 @@ class Failure:
     ----------
     frame : int
         0-based frame at which it happened.
-    kind : {"exception", "timeout", "not-a-number"}
+    kind : {"exception", "timeout", "not-a-number", "memory", "crash"}
         Kind of failure.
     message : str
         One line for the user.
+    phase : {"construction", "init", "update"}
+        What the tracker was doing.
     """
 
     frame: int
     kind: FailureKind
     message: str
+    phase: Phase = "update"
+
+    def __str__(self) -> str:
+        """Return the failure as one line."""
+        where = f"frame {self.frame}" if self.phase == "update" else self.phase
+        return f"{where}: {self.kind}: {self.message}"
 
 
 @dataclass(frozen=True, slots=True)

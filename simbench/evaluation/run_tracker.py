@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections.abc
 import hashlib
 import logging
 import math
@@ -15,12 +16,15 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from simbench.core.box import Box
-from simbench.core.errors import DatasetError, one_line
+from simbench.core.errors import DatasetError, SimbenchError, one_line
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
-from simbench.core.tracker import Estimate, Failure, FailureKind, Track, Tracker
+from simbench.core.tracker import Estimate, FailureKind, Track, Tracker
+from simbench.evaluation.track_buffer import TrackBuffer
 
-__all__ = ["track", "track_seed"]
+__all__ = ["Cloud", "fail_with", "run_frames", "track", "track_seed"]
+
+Cloud = NDArray[np.float64] | None
 
 logger = logging.getLogger(__name__)
 
@@ -94,30 +98,93 @@ def track(
         spec = find_tracker(tracker)
         tracker, label = spec.make(), label or spec.label
     label = label or type(tracker).__name__
-    if seed is None:
-        seed = sequence.seed or 0
     start = Box.from_array(sequence.truth.boxes[0])
     if not start.is_finite:
         raise DatasetError(
             f"{sequence.name}: no target in frame 0 to start the track on"
         )
-    run = _Run(
-        tracker, start, track_seed(seed, label, repetition), len(sequence), keep_clouds
+    number = track_seed(sequence.seed or 0 if seed is None else seed, label, repetition)
+    buffer = TrackBuffer(len(sequence))
+    clouds: list[Cloud] | None = [] if keep_clouds else None
+    run_frames(
+        tracker,
+        sequence.frames,
+        start,
+        np.random.default_rng(number),
+        buffer,
+        timeout_s=timeout_s,
+        clouds=clouds,
+        on_frame=on_frame,
     )
+    missing = len(sequence) - len(clouds or ())
+    kept = () if clouds is None else (*clouds, *[None] * missing)
+    return buffer.track(number, label, repetition, kept)
+
+
+def run_frames(
+    tracker: Tracker,
+    frames: collections.abc.Sequence[Frame],
+    start: Box,
+    rng: np.random.Generator,
+    buffer: TrackBuffer,
+    *,
+    timeout_s: float | None = None,
+    clouds: list[Cloud] | None = None,
+    on_frame: Callable[[int, int], None] | None = None,
+) -> None:
+    """Run a tracker over frames until their end or its failure.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    frames : sequence of Frame
+        Read one at a time.
+    start : Box, px
+        The target in frame 0.
+    rng : numpy.random.Generator
+        For the tracker.
+    buffer : TrackBuffer
+        Receives estimates, times and the failure.
+    timeout_s, on_frame
+        See `track`.
+    clouds : list, optional
+        Receives the particle cloud of each frame.
+    """
     began = time.perf_counter()
     # One thread for linear algebra: frame rates stay comparable, and small products
     # are not slowed (fifteenfold, once) by threads that wait for a busy core.
     with threadpool_limits(limits=1):
-        for index, frame in enumerate(sequence.frames):
+        for index, frame in enumerate(frames):
+            buffer.enter("update" if index else "init", index)
             if timeout_s is not None and time.perf_counter() - began > timeout_s:
-                run.fail(index, "timeout", f"timeout after {timeout_s:g} s")
-            else:
-                run.step(index, _read_only(frame))
-            if run.failures:
-                break
+                buffer.fail("timeout", f"the run took more than {timeout_s:g} s")
+                return
+            estimate = _step(tracker, index, _read_only(frame), start, rng, buffer)
+            if estimate is None:
+                return
+            if clouds is not None:
+                clouds.append(estimate.cloud)
             if on_frame is not None:
-                on_frame(index + 1, len(sequence))
-    return run.track(label, repetition)
+                on_frame(index + 1, len(frames))
+    buffer.end()
+
+
+def fail_with(buffer: TrackBuffer, error: BaseException) -> None:
+    """Record what a tracker raised.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user pressed Ctrl-C.
+    """
+    if _is_ctrl_c(error):
+        raise error
+    logger.debug("the tracker failed:", exc_info=error)
+    is_ours = isinstance(error, SimbenchError)
+    is_memory = any(isinstance(e, MemoryError) for e in (error, error.__cause__))
+    kind: FailureKind = "memory" if is_memory else "exception"
+    buffer.fail(kind, str(error) if is_ours else one_line(error))
+    buffer.error = error
 
 
 def track_seed(scenario_seed: int, tracker: str, repetition: int) -> int:
@@ -145,64 +212,32 @@ def track_seed(scenario_seed: int, tracker: str, repetition: int) -> int:
     return int(sequence.generate_state(1)[0])
 
 
-class _Run:
-    """The state of one run: tracker, generator, and results of the frames so far."""
-
-    def __init__(
-        self, tracker: Tracker, start: Box, seed: int, count: int, keep_clouds: bool
-    ) -> None:
-        self.tracker = tracker
-        self.start = start
-        self.seed = seed
-        self.rng = np.random.default_rng(seed)
-        self.keep_clouds = keep_clouds
-        self.boxes = np.full((count, 4), np.nan)
-        self.confidence = np.full(count, np.nan)
-        self.particles = np.zeros(count, dtype=np.int64)
-        self.seconds = np.full(count, np.nan)
-        self.clouds: list[NDArray[np.float64] | None] = [None] * count
-        self.failures: tuple[Failure, ...] = ()
-
-    def step(self, index: int, frame: Frame) -> None:
-        began = time.perf_counter()
-        try:
-            if index == 0:
-                self.tracker.init(frame, self.start, self.rng)
-                estimate = Estimate(self.start)
-            else:
-                estimate = self.tracker.update(frame)
-        except BaseException as error:
-            if _is_ctrl_c(error):
-                raise
-            logger.debug("tracker failed in frame %d", index, exc_info=True)
-            self.fail(index, "exception", one_line(error))
-            return
-        seconds = time.perf_counter() - began
-        fault = _fault(estimate)
-        if fault is not None:
-            self.fail(index, *fault)
-            return
-        self.boxes[index] = estimate.box.to_array()
-        self.confidence[index] = estimate.confidence
-        self.particles[index] = estimate.particles
-        self.seconds[index] = seconds
-        self.clouds[index] = estimate.cloud
-
-    def fail(self, index: int, kind: FailureKind, message: str) -> None:
-        self.failures = (Failure(index, kind, message),)
-
-    def track(self, label: str, repetition: int) -> Track:
-        return Track(
-            self.boxes,
-            self.confidence,
-            self.particles,
-            self.seconds,
-            self.seed,
-            self.failures,
-            label,
-            repetition,
-            tuple(self.clouds) if self.keep_clouds else (),
-        )
+def _step(
+    tracker: Tracker,
+    index: int,
+    frame: Frame,
+    start: Box,
+    rng: np.random.Generator,
+    buffer: TrackBuffer,
+) -> Estimate | None:
+    """Run one frame and record its result; None if the tracker failed."""
+    began = time.perf_counter()
+    try:
+        if index == 0:
+            tracker.init(frame, start, rng)
+            estimate = Estimate(start)
+        else:
+            estimate = tracker.update(frame)
+    except BaseException as error:
+        fail_with(buffer, error)
+        return None
+    seconds = time.perf_counter() - began
+    fault = _fault(estimate)
+    if fault is not None:
+        buffer.fail(*fault)
+        return None
+    buffer.record(index, estimate, seconds)
+    return estimate
 
 
 def _is_ctrl_c(error: BaseException) -> bool:
@@ -217,7 +252,10 @@ def _fault(estimate: object) -> tuple[FailureKind, str] | None:
         found = type(estimate).__name__
         if isinstance(estimate, Estimate):
             found = f"an Estimate whose box is {type(estimate.box).__name__}"
-        return "exception", f"update must return an Estimate with a Box, got {found}"
+        return "exception", (
+            f"update must return an Estimate with a Box, got {found}; for example: "
+            "return simbench.Estimate(simbench.Box(left, top, width, height))"
+        )
     box, confidence = estimate.box, estimate.confidence
     try:
         valid = box.is_finite and box.width >= 0.0 and box.height >= 0.0

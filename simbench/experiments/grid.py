@@ -1,33 +1,44 @@
-"""Run every tracker on every scenario and seed of a request, and collect the scores."""
+"""Run the tasks of an experiment in a pool of processes, and collect the scores."""
 
 from __future__ import annotations
 
+import collections.abc
 import shutil
 from collections import deque
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Literal
 
+from simbench.core.box import Box
+from simbench.core.errors import DatasetError
+from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
+from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished, read_sequence
+from simbench.evaluation.isolated_track import TrackRequest
 from simbench.evaluation.scores import Scores
+from simbench.experiments.experiment import Experiment
 from simbench.experiments.plan import SequenceTask, TrackTask, plan
 from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
-from simbench.experiments.tasks import generate_sequence, run_track
+from simbench.experiments.tasks import generate_sequence, run_track, score_track
+from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime.cluster import open_pool
+from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.limits import generation_limit_s
 from simbench.runtime.pool import Job, JobEvent
 from simbench.runtime.run_jobs import Progress, run_jobs
 from simbench.scenarios.achieved_dials import max_rendered_frames
 
-__all__ = ["finished_scores", "run_grid"]
+__all__ = ["finished_scores", "run_grid", "run_request"]
 
 _GENERATION_COST = 10.0  # generating a frame takes about as long as tracking in ten
-_GRACE_S = 5.0  # for reading frames and writing scores, beside the tracker's time
+_GRACE_S = 30.0  # beside the limits of construction and run, which its process keeps
+_SCORING_LIMIT_S = 300.0
 
 
 def run_grid(
-    request: Request,
+    tasks: list[SequenceTask],
     folder: RunFolder,
     *,
     jobs: int = 1,
@@ -35,15 +46,16 @@ def run_grid(
     keep_sequences: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Scores, list[Sequence]]:
-    """Run all tasks of a request that are not done yet, and return all its scores.
+    """Run all tasks that are not done yet, and return all scores.
 
     Parameters
     ----------
-    request : Request
+    tasks : list of SequenceTask
+        See `simbench.experiments.plan.plan`.
     folder : RunFolder
-        Locked by the caller.
+        Locked by the caller; its path is absolute.
     jobs : int
-        Worker processes at a time.
+        Worker processes at a time; 0 to do all in this process, without isolation.
     cluster : str
         Address of a Dask scheduler whose workers do the work instead; they must see
         the folder.
@@ -54,16 +66,12 @@ def run_grid(
     Returns
     -------
     scores : Scores
-        In the order of the request: scenarios, seeds, trackers, repetitions. A run
-        that failed, or whose sequence could not be generated, has a row with the
-        reason.
+        In the order of the tasks. A run that failed, or whose sequence could not be
+        generated, has a row with the reason.
     sequences : list of Sequence
         Of the first seed of each scenario, still on disk in the folder.
     """
-    if cluster:  # whose workers run in other working directories
-        folder = RunFolder(folder.path.absolute())
-    tasks = plan(request, folder)
-    grid = _Grid(tasks, request.timeout_s, keep_sequences)
+    grid = _Grid(tasks, keep_sequences, is_isolated=jobs > 0 or bool(cluster))
 
     def report(running: Mapping[SequenceTask | TrackTask, float]) -> None:
         if progress is not None:
@@ -82,19 +90,43 @@ def run_grid(
     return grid.scores(), firsts
 
 
+def run_request(
+    request: Request,
+    folder: RunFolder,
+    *,
+    jobs: int = 1,
+    keep_sequences: bool = False,
+    progress: Progress | None = None,
+) -> tuple[Scores, list[Sequence]]:
+    """Run one request in a folder that nothing else uses, without table and report.
+
+    Parameters and results as `run_grid`.
+    """
+    codes = tracker_codes(
+        request.trackers, timeout_s=request.timeout_s, isolated=jobs > 0
+    )
+    tasks = plan(Experiment((request,)), folder.absolute(), codes, opengl_renderer())
+    return run_grid(
+        tasks,
+        folder.absolute(),
+        jobs=jobs,
+        keep_sequences=keep_sequences,
+        progress=progress,
+    )
+
+
 def finished_scores(
-    request: Request, folder: RunFolder, *, with_sequences: bool = False
+    tasks: list[SequenceTask], *, with_sequences: bool = False
 ) -> Scores | None:
-    """Return the scores of a request if nothing is left to do, else None.
+    """Return the scores of tasks if nothing is left to do, else None.
 
     Parameters
     ----------
-    request : Request
-    folder : RunFolder
+    tasks : list of SequenceTask
     with_sequences : bool
         Count a sequence that is not in the folder as left to do.
     """
-    grid = _Grid(plan(request, folder), request.timeout_s, keep=with_sequences)
+    grid = _Grid(tasks, keep=with_sequences)
     if any(grid.open.values()) or (with_sequences and grid.to_generate):
         return None
     return grid.scores()
@@ -103,10 +135,15 @@ def finished_scores(
 class _Grid:
     """The state of a run: tasks that wait, that are done, and that failed."""
 
-    def __init__(self, tasks: list[SequenceTask], timeout_s: float, keep: bool) -> None:
+    def __init__(
+        self, tasks: list[SequenceTask], keep: bool, is_isolated: bool = True
+    ) -> None:
         self.tasks = tasks
-        self.timeout_s = timeout_s
         self.keep = keep
+        self.is_isolated = is_isolated
+        self.to_score: deque[tuple[TrackTask, Track]] = deque()
+        self.being_scored: set[TrackTask] = set()
+        self.inputs: dict[Path, tuple[collections.abc.Sequence[Frame], Box]] = {}
         self.failed: dict[TrackTask, Scores] = {}
         self.parent = {t.sequence: task for task in tasks for t in task.track_tasks}
         found = {track: track.scores() for task in tasks for track in task.track_tasks}
@@ -141,25 +178,70 @@ class _Grid:
         return self.is_kept(task) and not cannot
 
     def next_job(self) -> Job | None:
-        # tracks first, so that no more sequences than needed are on disk at a time
-        if self.ready:
-            track = self.ready.popleft()
-            limit_s = self.timeout_s + _GRACE_S
-            return Job(track, "track", run_track, (track, self.timeout_s), limit_s)
+        # Sequences last, so that no more than needed are on disk at a time. A process
+        # that generates also scores; those that run trackers do nothing else.
+        if self.to_score:
+            track, found = self.to_score.popleft()
+            self.being_scored.add(track)
+            arguments = found, track.sequence, track.part
+            return Job(track, "generate", score_track, arguments, _SCORING_LIMIT_S)
+        while self.ready:
+            if (job := self.track_job(self.ready.popleft())) is not None:
+                return job
         if not self.to_generate:
             return None
         task = self.to_generate.popleft()
         limit_s = generation_limit_s(max_rendered_frames(task.scenario))
-        arguments = task.scenario, task.seed, task.sequence
-        return Job(task, "generate", generate_sequence, arguments, limit_s)
+        return Job(
+            task,
+            "generate",
+            generate_sequence,
+            (task.scenario, task.seed, task.sequence),
+            limit_s,
+        )
+
+    def track_job(self, track: TrackTask) -> Job | None:
+        """Return the job of a tracker run; None if its sequence cannot be read."""
+        try:
+            frames, start = self.input_of(track.sequence)
+        except DatasetError as error:
+            self.end_track(track, track.missing("failed", str(error)))
+            return None
+        request = TrackRequest(
+            track.tracker, frames, start, track.seed, track.repetition
+        )
+        arguments = request, track.limits, track.output, self.is_isolated
+        limit_s = 2 * track.limits.timeout_s + _GRACE_S
+        return Job(track, "track", run_track, arguments, limit_s)
+
+    def input_of(self, folder: Path) -> tuple[collections.abc.Sequence[Frame], Box]:
+        """Return what a tracker gets of a sequence: the frames and the first box."""
+        if folder not in self.inputs:
+            sequence = read_sequence(folder)
+            start = Box.from_array(sequence.truth.boxes[0])
+            if not start.is_finite:
+                raise DatasetError(
+                    f"{sequence.name}: no target in frame 0 to start the track on"
+                )
+            self.inputs[folder] = sequence.frames, start
+        return self.inputs[folder]
 
     def finish(self, event: JobEvent) -> None:
         task = event.job.name
-        self.work_done += _cost(task)
         if isinstance(task, SequenceTask):
+            self.work_done += _cost(task)
             self.finish_sequence(task, event)
-        else:
-            self.finish_track(task, event)
+        elif task in self.being_scored:
+            self.being_scored.remove(task)
+            if event.kind == "done":
+                self.known[task] = event.value
+                self.end_track(task)
+            else:
+                self.end_track(task, task.missing("failed", str(event.value)))
+        elif event.kind == "done":
+            self.to_score.append((task, event.value))
+        else:  # no fault of the tracker: not stored, the next call tries again
+            self.end_track(task, task.missing("failed", str(event.value)))
 
     def finish_sequence(self, task: SequenceTask, event: JobEvent) -> None:
         is_done = event.kind == "done"
@@ -178,18 +260,17 @@ class _Grid:
                 row.write(track.part)
         shutil.rmtree(task.sequence, ignore_errors=True)
 
-    def finish_track(self, track: TrackTask, event: JobEvent) -> None:
-        if event.kind in ("timeout", "died"):  # the tracker's fault, so a result
-            late = f"timeout after {self.timeout_s:g} s"
-            row = track.failure(late if event.kind == "timeout" else event.value)
-            row.write(track.part)
+    def end_track(self, track: TrackTask, row: Scores | None = None) -> None:
+        """Count a run as done; ``row`` is for one that has no stored scores."""
+        self.work_done += _cost(track)
+        if row is not None:
             self.failed[track] = row
-        elif event.kind != "done":  # not stored, so that the next call tries again
-            self.failed[track] = track.missing("failed", event.value)
         task = self.parent[track.sequence]
         self.open[task].remove(track)
-        if not self.open[task] and not self.is_kept(task):
-            shutil.rmtree(task.sequence)
+        if not self.open[task]:
+            self.inputs.pop(track.sequence, None)
+            if not self.is_kept(task):
+                shutil.rmtree(task.sequence, ignore_errors=True)
 
     def progress(
         self, running: Mapping[SequenceTask | TrackTask, float]
@@ -201,10 +282,7 @@ class _Grid:
 
     def scores(self) -> Scores:
         return Scores.concat(
-            self.known.get(track)
-            or track.scores()
-            or self.failed.get(track)
-            or track.missing("failed", "its scores cannot be read")
+            self.known.get(track) or self.failed[track]
             for task in self.tasks
             for track in task.track_tasks
         )

@@ -1,16 +1,17 @@
-"""The tasks of a request: sequences to generate, tracker runs, and their folders."""
+"""The tasks of an experiment: sequences to generate and tracker runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
 from simbench.core.errors import DatasetError
-from simbench.datasets.native import read_sequence
-from simbench.evaluation.scores import Scores, score_failure, score_missing
-from simbench.experiments.request import Request, path_safe, spec_text
+from simbench.evaluation.isolated_track import Limits
+from simbench.evaluation.scores import Scores, score_missing
+from simbench.experiments.experiment import Experiment
+from simbench.experiments.request import path_safe, spec_text
 from simbench.experiments.run_folder import RunFolder
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
@@ -19,7 +20,6 @@ from simbench.trackers.find_tracker import TrackerSpec
 __all__ = ["SequenceTask", "TrackTask", "plan", "sequence_stem"]
 
 _GENERATION = "simbench.generation.generate"
-_TRACKING = ("simbench.evaluation.run_tracker", "simbench.evaluation.scores")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +35,11 @@ class TrackTask:
         Folder of the sequence.
     tracker : TrackerSpec
     repetition : int
+    limits : Limits
     part : Path
         Folder for its scores.
+    output : Path
+        File for what the tracker prints.
     """
 
     scenario: Scenario
@@ -44,7 +47,9 @@ class TrackTask:
     sequence: Path
     tracker: TrackerSpec
     repetition: int
+    limits: Limits
     part: Path
+    output: Path
 
     def scores(self) -> Scores | None:
         """Return the stored scores, None where they are missing or unreadable."""
@@ -57,22 +62,6 @@ class TrackTask:
     def title(self) -> str:
         """One line for the progress display."""
         return f"{self.tracker.label}: {self.scenario.full_name}, seed {self.seed}"
-
-    def failure(self, reason: str) -> Scores:
-        """Return the row of a run in which the tracker failed before any track."""
-        try:  # dials may give a sequence another length than its scenario says
-            frame_count = len(read_sequence(self.sequence))
-        except DatasetError:
-            frame_count = self.scenario.frames
-        return score_failure(
-            scenario=self.scenario.name,
-            seed=self.seed,
-            tracker=self.tracker.label,
-            reason=reason,
-            frame_count=frame_count,
-            repetition=self.repetition,
-            variant=self.scenario.variant,
-        )
 
     def missing(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
         """Return the row of a run without measurement that is no tracker's fault."""
@@ -114,24 +103,64 @@ class SequenceTask:
         return f"generating: {self.scenario.full_name}, seed {self.seed}"
 
 
-def plan(request: Request, folder: RunFolder) -> list[SequenceTask]:
-    """Return the sequences of a request in order, each with its tracker runs.
+def plan(
+    experiment: Experiment,
+    folder: RunFolder,
+    codes: Mapping[str, str],
+    renderer: str,
+) -> list[SequenceTask]:
+    """Return the sequences of an experiment in order, each with its tracker runs.
 
-    Folder names contain a digest of everything that decides the result, code included:
-    a result that exists under its name is valid.
+    Folder names contain a digest of everything that decides the result, code and
+    library versions included: a result that exists under its name is valid.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Of several requests for the same run, the limits of the last one hold.
+    folder : RunFolder
+    codes : mapping from str to str
+        See `simbench.experiments.tracker_codes.tracker_codes`.
+    renderer : str
+        Vendor, renderer and version of the OpenGL in use.
     """
-    codes = [
-        code_digest(*_TRACKING, t.module, type(t.make()).__module__)
-        for t in request.trackers
-    ]
+    code = code_digest(_GENERATION)
+    places = [one.full_name for one in experiment.scenarios]
+    labels = [one.label for one in experiment.trackers]
+    found: dict[tuple[str, int], dict[tuple[str, int], TrackTask]] = {}
+    for request in experiment.requests:
+        limits = Limits(request.timeout_s, request.memory_mb)
+        for scenario in request.scenarios:
+            for seed in request.seeds:
+                key = digest_of(code, renderer, scenario.digest, seed)[:8]
+                sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
+                runs = found.setdefault((scenario.full_name, seed), {})
+                for tracker in request.trackers:
+                    for repetition in range(request.repetitions):
+                        runs[tracker.label, repetition] = _track_task(
+                            folder,
+                            codes[tracker.label],
+                            scenario,
+                            seed,
+                            sequence,
+                            tracker,
+                            repetition,
+                            limits,
+                        )
     tasks = []
-    for scenario in request.scenarios:
-        for seed in request.seeds:
-            key = digest_of(code_digest(_GENERATION), scenario.digest, seed)[:8]
-            sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
-            tracks = tuple(_tracks(request, codes, folder, scenario, seed, sequence))
-            is_first = seed == request.seeds[0]
-            tasks.append(SequenceTask(scenario, seed, sequence, is_first, tracks))
+    for _, runs in sorted(found.items(), key=lambda item: places.index(item[0][0])):
+        keys = sorted(runs, key=lambda key: (labels.index(key[0]), key[1]))
+        track = runs[keys[0]]
+        is_first = track.seed == experiment.first_seed(track.scenario)
+        tasks.append(
+            SequenceTask(
+                track.scenario,
+                track.seed,
+                track.sequence,
+                is_first,
+                tuple(runs[key] for key in keys),
+            )
+        )
     return tasks
 
 
@@ -140,18 +169,24 @@ def sequence_stem(scenario: Scenario, seed: int) -> str:
     return f"{path_safe(scenario.full_name)}-{seed:04d}"
 
 
-def _tracks(
-    request: Request,
-    codes: list[str],
+def _track_task(
     folder: RunFolder,
+    code: str,
     scenario: Scenario,
     seed: int,
     sequence: Path,
-) -> Iterator[TrackTask]:
-    for tracker, code in zip(request.trackers, codes, strict=True):
-        for repetition in range(request.repetitions):
-            key = digest_of(
-                code, sequence.name, spec_text(tracker), repetition, request.timeout_s
-            )
-            part = folder.parts / key[:16]
-            yield TrackTask(scenario, seed, sequence, tracker, repetition, part)
+    tracker: TrackerSpec,
+    repetition: int,
+    limits: Limits,
+) -> TrackTask:
+    key = digest_of(code, sequence.name, spec_text(tracker), repetition, asdict(limits))
+    return TrackTask(
+        scenario,
+        seed,
+        sequence,
+        tracker,
+        repetition,
+        limits,
+        folder.parts / key[:16],
+        folder.output(scenario.full_name, seed, tracker.label, repetition),
+    )

@@ -32,6 +32,7 @@ def run(
     jobs: int | None = None,
     cluster: str = "",
     timeout_s: float = 300.0,
+    memory_mb: int = 4096,
     keep_sequences: bool = False,
     progress: Progress | None = None,
 ) -> Scores:
@@ -57,11 +58,14 @@ def run(
         Run folder with tables and report; what is finished there is not computed again.
         By default a temporary folder that is removed.
     jobs : int, optional
-        Worker processes at a time; by default as many as there are cores.
+        Worker processes at a time; by default as many as there are cores. 0 runs all in
+        this process, so that a debugger or profiler sees the trackers.
     cluster : str
         Address of a Dask scheduler whose workers do the work instead.
     timeout_s : float, s
         Wall time of one tracker on one sequence.
+    memory_mb : int, MiB
+        Memory that a process of a tracker may allocate.
     keep_sequences : bool
         Keep the frames in the run folder.
     progress : callable of (done, total, what), optional
@@ -89,11 +93,12 @@ def run(
         tuple(seeds),
         repetitions,
         timeout_s,
+        memory_mb,
     )
     result = _run(
         request,
         out,
-        jobs=jobs or core_count(),
+        jobs=core_count() if jobs is None else jobs,
         cluster=cluster,
         keep_sequences=keep_sequences,
         progress=progress,
@@ -113,6 +118,7 @@ def sweep(
     jobs: int | None = None,
     cluster: str = "",
     timeout_s: float = 300.0,
+    memory_mb: int = 4096,
     progress: Progress | None = None,
 ) -> SweepScores:
     """Vary one or two dials of a scenario and find where each tracker breaks.
@@ -125,7 +131,7 @@ def sweep(
         One scenario, as in `run`.
     vary : str, or two
         ``DIAL=FIRST:LAST:STEP`` with both ends, or ``DIAL=VALUE,VALUE,...``.
-    trackers, seeds, repetitions, frames, out, jobs, cluster, timeout_s, progress
+    trackers, seeds, repetitions, frames, out, jobs, cluster, timeout_s, memory_mb
         See `run`.
 
     Returns
@@ -152,9 +158,14 @@ def sweep(
         tuple(seeds),
         repetitions,
         timeout_s,
+        memory_mb,
     )
     result = _run(
-        request, out, jobs=jobs or core_count(), cluster=cluster, progress=progress
+        request,
+        out,
+        jobs=core_count() if jobs is None else jobs,
+        cluster=cluster,
+        progress=progress,
     )
     if result.swept is None:
         raise AssertionError("a request with a sweep has a summary of it")

@@ -39,29 +39,31 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
         raise DatasetError(f"{path}: the run is not finished; repeat its command first")
     scores = Scores.read(path)
     try:
-        scenarios = [Scenario.model_validate(s["scenario"]) for s in facts["scenarios"]]
-        seed = int(facts["seeds"][0])
+        shown = [
+            (Scenario.model_validate(one["scenario"]), int(one["shown_seed"]))
+            for one in facts["scenarios"]
+        ]
         axes = facts.get("sweep")
         sweep = None if axes is None else SweepScores.read(path, Sweep.from_facts(axes))
     except (KeyError, IndexError, TypeError, ValidationError, ScenarioError) as error:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"
         ) from None
-    made = scores.runs[(scores.runs["digest"] != "") & (scores.runs["seed"] == seed)]
-    names = set(zip(made["scenario"], made["variant"], strict=True))
-    shown = [one for one in scenarios if (one.name, one.variant) in names]
-    sequences = _sequences(folder, shown, seed, progress)
+    made = scores.runs[scores.runs["digest"] != ""]
+    keys = set(zip(made["scenario"], made["variant"], made["seed"], strict=True))
+    there = [(s, seed) for s, seed in shown if (s.name, s.variant, seed) in keys]
+    sequences = _sequences(folder, there, progress)
     write_report(scores, sequences, facts, folder.report, swept=sweep)
     return folder.report
 
 
 def _sequences(
-    folder: RunFolder, scenarios: list[Scenario], seed: int, progress: Progress
+    folder: RunFolder, shown: list[tuple[Scenario, int]], progress: Progress
 ) -> list[Sequence]:
-    frames = sum(scenario.frames for scenario in scenarios)
+    frames = sum(scenario.frames for scenario, _ in shown)
     before = 0
     sequences = []
-    for scenario in scenarios:
+    for scenario, seed in shown:
         title = f"generating: {scenario.full_name}, seed {seed}"
 
         def report(done: int, _: int, before: int = before, title: str = title) -> None:

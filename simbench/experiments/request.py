@@ -9,8 +9,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from simbench.core.errors import SimbenchError
 from simbench.evaluation.sweep_axes import Sweep, parse_axis
 from simbench.runtime.code_digest import digest_of
@@ -26,6 +24,7 @@ __all__ = [
 ]
 
 MAX_SEEDS = 100_000
+_LEAST_MEMORY_MB, _MOST_MEMORY_MB = 16, 2**22
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +43,8 @@ class Request:
         Runs of each tracker on the same sequence, each with a seed of its own.
     timeout_s : float, s
         Wall time one tracker may take over one sequence.
+    memory_mb : int, MiB
+        Memory that a process of a tracker may allocate.
     sweep : Sweep or None
         The swept dials, where the variants are those of a sweep.
 
@@ -58,6 +59,7 @@ class Request:
     seeds: tuple[int, ...]
     repetitions: int = 1
     timeout_s: float = 300.0
+    memory_mb: int = 4096
     sweep: Sweep | None = None
 
     def __post_init__(self) -> None:
@@ -71,6 +73,11 @@ class Request:
             )
         if not 0.0 < self.timeout_s < math.inf:
             raise SimbenchError(f"timeout must be above 0 s, got {self.timeout_s:g}")
+        if not _LEAST_MEMORY_MB <= self.memory_mb <= _MOST_MEMORY_MB:
+            raise SimbenchError(
+                f"memory must be {_LEAST_MEMORY_MB} to {_MOST_MEMORY_MB} MiB, "
+                f"got {self.memory_mb}"
+            )
 
     @property
     def digest(self) -> str:
@@ -81,6 +88,7 @@ class Request:
             self.seeds,
             self.repetitions,
             self.timeout_s,
+            self.memory_mb,
             self.sweep and self.sweep.facts(),
         )
 
@@ -94,10 +102,6 @@ class Request:
         shown = "-".join(names[:2]) + ("-and-more" if len(names) > 2 else "")
         return f"{shown}-{self.digest[:8]}"
 
-    def rng(self) -> np.random.Generator:
-        """Return the generator for statistics over the run's scores (bootstrap)."""
-        return np.random.default_rng(int(self.digest[:16], 16))
-
 
 def sweep_request(
     scenarios: Sequence[Scenario],
@@ -106,6 +110,7 @@ def sweep_request(
     seeds: tuple[int, ...],
     repetitions: int = 1,
     timeout_s: float = 300.0,
+    memory_mb: int = 4096,
 ) -> Request:
     """Return the request of a sweep over dials of one scenario.
 
@@ -115,7 +120,7 @@ def sweep_request(
         One.
     vary : iterable of str
         Dials and values, see `simbench.evaluation.sweep_axes.parse_axis`.
-    trackers, seeds, repetitions, timeout_s
+    trackers, seeds, repetitions, timeout_s, memory_mb
         See `Request`.
 
     Raises
@@ -130,7 +135,8 @@ def sweep_request(
         )
     sweep = Sweep(base.name, base.variant, tuple(map(parse_axis, vary)))
     variants = tuple(sweep.variants(base))
-    return Request(variants, trackers, seeds, repetitions, timeout_s, sweep)
+    limits = timeout_s, memory_mb
+    return Request(variants, trackers, seeds, repetitions, *limits, sweep)
 
 
 def path_safe(name: str) -> str:

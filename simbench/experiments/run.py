@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import time
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
+from simbench.experiments.experiment import Experiment
 from simbench.experiments.grid import finished_scores, run_grid
-from simbench.experiments.request import Request, spec_text
+from simbench.experiments.plan import SequenceTask, plan
+from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
+from simbench.experiments.tracker_codes import tracker_codes
 from simbench.report import write_report
 from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.run_jobs import Progress
 from simbench.runtime.versions import host, versions
 
 __all__ = ["RunResult", "run_experiment", "run_facts"]
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +38,20 @@ class RunResult:
     Attributes
     ----------
     scores : Scores
-    report : Path
-        The HTML file.
+    folder : RunFolder
+        With the report.
     swept : SweepScores or None
         Summary of the sweep, if the run is one.
     """
 
     scores: Scores
-    report: Path
+    folder: RunFolder
     swept: SweepScores | None
+
+    @property
+    def report(self) -> Path:
+        """The HTML file."""
+        return self.folder.report
 
     @property
     def failures(self) -> list[str]:
@@ -47,16 +60,35 @@ class RunResult:
         In a sweep, a value that cannot be reached is a result and no failure, as long
         as another value can be reached.
         """
+        return [self._failure(run) for run in self._failed_runs()]
+
+    @property
+    def outputs_of_failures(self) -> list[Path]:
+        """What failed trackers printed, with their tracebacks."""
+        files = map(self._output, self._failed_runs())
+        return [file for file in files if file.exists()]
+
+    def _failed_runs(self) -> list[Any]:
         status = self.scores.runs["status"]
         is_failed = status != "ok"
         if self.swept is not None and not (status == "unreachable").all():
             is_failed = status == "failed"
-        return [
-            f"{run.tracker} on "
-            f"{'@'.join(filter(None, (str(run.scenario), str(run.variant))))}, "
-            f"seed {run.seed}: {run.reason}"
-            for run in self.scores.runs[is_failed].itertuples()
-        ]
+        return list(self.scores.runs[is_failed].itertuples())
+
+    def _failure(self, run: Any) -> str:
+        output = self._output(run)
+        where = f" (see {output})" if output.exists() else ""
+        name = _scenario_of(run)
+        return f"{run.tracker} on {name}, seed {run.seed}: {run.reason}{where}"
+
+    def _output(self, run: Any) -> Path:
+        return self.folder.output(
+            _scenario_of(run), run.seed, run.tracker, run.repetition
+        )
+
+
+def _scenario_of(run: Any) -> str:
+    return "@".join(filter(None, (str(run.scenario), str(run.variant))))
 
 
 def run_experiment(
@@ -67,10 +99,14 @@ def run_experiment(
     jobs: int = 1,
     cluster: str = "",
     keep_sequences: bool = False,
-    fresh: bool = False,
+    replace: bool = False,
     progress: Progress | None = None,
+    notice: Callable[[str], None] = logger.warning,
 ) -> RunResult:
     """Generate, track, score and report; continue where an earlier call stopped.
+
+    In the folder of an earlier run of other trackers, scenarios or seeds, the results
+    are added to those that are there.
 
     Parameters
     ----------
@@ -80,60 +116,84 @@ def run_experiment(
     command : str
         Command line of the user, for ``run.json``.
     jobs : int
-        Worker processes at a time.
+        Worker processes at a time; 0 to do all in this process, without isolation of
+        trackers, for a debugger.
     cluster : str
         Address of a Dask scheduler whose workers do the work instead.
     keep_sequences : bool
-        Keep the sequences in ``path/sequences``. Later calls keep them too, until one
-        with ``fresh``.
-    fresh : bool
-        Compute everything again.
+        Keep the sequences in ``path/sequences``; later calls keep them too.
+    replace : bool
+        Compute what is requested again, and drop those earlier results that use its
+        names for something else.
     progress : callable, optional
+    notice : callable
+        Receives a line for the user if earlier results are made again.
 
     Raises
     ------
+    TrackerError
+        If a tracker cannot be constructed.
     DatasetError
-        If ``path`` cannot be used.
+        If ``path`` cannot be used, or has results of another scenario or tracker under
+        a name of the request.
     """
     folder = RunFolder(path)
     began = time.monotonic()
+    with ThreadPoolExecutor(1) as aside:  # takes a second
+        opengl = aside.submit(opengl_renderer)
+        folder.refuse_foreign()  # mistakes are reported before trackers are tried
+        folder.joined(request, replace=replace)
+        codes = tracker_codes(
+            request.trackers,
+            timeout_s=request.timeout_s,
+            isolated=jobs > 0 or bool(cluster),
+        )
+        renderer = opengl.result()
     with folder.locked():
-        if fresh:
-            folder.forget()
-        if folder.is_finished(request.digest):
-            known = finished_scores(request, folder, with_sequences=keep_sequences)
+        experiment = folder.joined(request, replace=replace)
+        others = [t for t in experiment.trackers if t.label not in codes]
+        codes |= tracker_codes(others, timeout_s=request.timeout_s)
+        tasks = plan(experiment, folder.absolute(), codes, renderer)
+        if replace:
+            _remove_parts(tasks, request)
+        elif folder.is_finished(experiment.digest):
+            known = finished_scores(tasks, with_sequences=keep_sequences)
             if known is not None:
-                swept = _swept(request, known, path)
-                return RunResult(known, folder.report, swept)
+                return RunResult(known, folder, _swept(experiment, known, path))
         keep_sequences = keep_sequences or folder.keeps_sequences
-        facts = run_facts(request, command, keep_sequences=keep_sequences)
+        environment = versions() | {"opengl": renderer}
+        _say_what_changed(folder, environment, notice)
+        facts = run_facts(
+            experiment, command, environment, keep_sequences=keep_sequences
+        )
         folder.write_facts(facts)
-        with ThreadPoolExecutor(1) as aside:  # takes a second
-            opengl = aside.submit(opengl_renderer)
-            scores, sequences = run_grid(
-                request,
-                folder,
-                jobs=jobs,
-                cluster=cluster,
-                keep_sequences=keep_sequences,
-                progress=progress,
-            )
-        facts["versions"]["opengl"] = opengl.result()
+        scores, sequences = run_grid(
+            tasks,
+            folder.absolute(),
+            jobs=jobs,
+            cluster=cluster,
+            keep_sequences=keep_sequences,
+            progress=progress,
+        )
         if progress is not None:
             progress(1.0, 1.0, "writing the report")
         scores.write(path)
-        swept = _swept(request, scores, path)
+        swept = _swept(experiment, scores, path)
         facts["duration_s"] = round(time.monotonic() - began, 1)
         facts["finished"] = True
         write_report(scores, sequences, facts, folder.report, swept=swept)
         folder.write_facts(facts)
         if not keep_sequences:
-            shutil.rmtree(folder.sequences, ignore_errors=True)
-    return RunResult(scores, folder.report, swept)
+            folder.remove_sequences()
+    return RunResult(scores, folder, swept)
 
 
 def run_facts(
-    request: Request, command: str, *, keep_sequences: bool
+    experiment: Experiment,
+    command: str,
+    environment: Mapping[str, str],
+    *,
+    keep_sequences: bool,
 ) -> dict[str, Any]:
     """Return the content of ``run.json`` before the run starts."""
     return {
@@ -141,36 +201,50 @@ def run_facts(
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": False,
         "keep_sequences": keep_sequences,
-        "digest": request.digest,
-        "versions": versions(),
+        "versions": dict(environment),
         "host": host(),
-        "seeds": list(request.seeds),
-        "repetitions": request.repetitions,
-        "timeout_s": request.timeout_s,
-        "scenarios": [
-            {
-                "name": scenario.name,
-                "variant": scenario.variant,
-                "title": scenario.title,
-                "tests": scenario.tests,
-                "digest": scenario.digest,
-                "scenario": scenario.model_dump(mode="json"),
-            }
-            for scenario in request.scenarios
-        ],
-        "trackers": [
-            {"label": tracker.label, "spec": spec_text(tracker)}
-            for tracker in request.trackers
-        ],
-        "sweep": None if request.sweep is None else request.sweep.facts(),
         "duration_s": None,
+        **experiment.facts(),
     }
 
 
-def _swept(request: Request, scores: Scores, path: Path) -> SweepScores | None:
+def _remove_parts(tasks: list[SequenceTask], request: Request) -> None:
+    """Remove the stored results of a request, and the sequences that it needs."""
+    names = {one.full_name for one in request.scenarios}
+    labels = {one.label for one in request.trackers}
+    for task in tasks:
+        if task.scenario.full_name not in names or task.seed not in request.seeds:
+            continue
+        shutil.rmtree(task.sequence, ignore_errors=True)
+        for track in task.track_tasks:
+            if track.tracker.label in labels:
+                shutil.rmtree(track.part, ignore_errors=True)
+
+
+def _say_what_changed(
+    folder: RunFolder, environment: Mapping[str, str], notice: Callable[[str], None]
+) -> None:
+    """Say in one line why results that are there cannot be used any more, if so."""
+    try:
+        before = folder.read_facts().get("versions", {})
+    except DatasetError:
+        return
+    changed = [
+        f"{name} {before.get(name) or 'missing'} -> {found or 'missing'}"
+        for name, found in environment.items()
+        if before.get(name) != found
+    ]
+    if changed:
+        notice(
+            f"{folder.path}: results are made again, since the environment is another: "
+            f"{', '.join(changed)}"
+        )
+
+
+def _swept(experiment: Experiment, scores: Scores, path: Path) -> SweepScores | None:
     """Summarise a sweep and write the summary."""
-    if request.sweep is None:
+    if experiment.sweep is None:
         return None
-    swept = sweep_scores(scores.runs, request.sweep, request.rng())
+    swept = sweep_scores(scores.runs, experiment.sweep, experiment.rng())
     swept.write(path)
     return swept

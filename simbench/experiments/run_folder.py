@@ -8,13 +8,16 @@
     sequences/       generated sequences, where they are kept
     parts/           scores of each finished task, named by the digest of everything
                      that decides them; a repeated command reuses them
-    workers.log      output of trackers and simulator
+    logs/            what each tracker printed, and its traceback if it failed
+    workers.log      output of the simulator
     tmp/             temporary files of the workers while they run
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -22,9 +25,12 @@ from pathlib import Path
 from typing import Any
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import DatasetError
+from simbench.core.errors import DatasetError, SimbenchError
 from simbench.evaluation.scores import Scores
-from simbench.runtime.locks import empty_folder, locked
+from simbench.experiments.experiment import Experiment
+from simbench.experiments.request import Request, path_safe
+from simbench.runtime.code_digest import digest_of
+from simbench.runtime.locks import empty_folder, is_lock_file, locked
 
 __all__ = ["RunFolder"]
 
@@ -44,7 +50,29 @@ class RunFolder:
         self.sequences = path / "sequences"
         self.temporary = path / "tmp"
         self.log = path / "workers.log"
+        self.logs = path / "logs"
         self.report = path / "report.html"
+
+    def refuse_foreign(self) -> None:
+        """Check that the folder is missing, empty, or one of a run.
+
+        Raises
+        ------
+        DatasetError
+            If it holds other files, which are left as they are, or cannot be read.
+        """
+        try:
+            is_foreign = any(self.path.iterdir()) and not self._is_ours()
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise DatasetError(
+                f"{self.path}: cannot be a run folder: {error.strerror}"
+            ) from None
+        if is_foreign:
+            raise DatasetError(
+                f"{self.path}: expected a new, empty or run folder, found other files"
+            )
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -57,17 +85,21 @@ class RunFolder:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            foreign = any(self.path.iterdir()) and not self._is_ours()
         except OSError as error:
             raise DatasetError(
                 f"{self.path}: cannot be a run folder: {error.strerror}"
             ) from None
-        if foreign:
-            raise DatasetError(
-                f"{self.path}: expected a new, empty or run folder, found other files"
-            )
+        self.refuse_foreign()
         with locked(self._lock):
             yield
+
+    def output(self, scenario: str, seed: int, tracker: str, repetition: int) -> Path:
+        """Return the file for what a tracker prints in one run."""
+        names = path_safe(scenario), path_safe(tracker)
+        stem = f"{names[0]}-{seed:04d}-{names[1]}-{repetition}"
+        if names != (scenario, tracker):  # others may be spelt the same in file names
+            stem += f"-{digest_of(scenario, tracker)[:8]}"
+        return self.logs / f"{stem}.txt"
 
     @contextmanager
     def scratch(self) -> Iterator[Path]:
@@ -81,8 +113,50 @@ class RunFolder:
     def write_facts(self, facts: Mapping[str, Any]) -> None:
         """Write ``run.json`` atomically."""
         with atomic_write(self.path / "run.json") as temporary:
-            text = json.dumps(facts, indent=2, allow_nan=False)
+            text = json.dumps(
+                {"simbench": "run"} | dict(facts), indent=2, allow_nan=False
+            )
             temporary.write_text(text + "\n", encoding="utf-8")
+
+    @property
+    def is_new(self) -> bool:
+        """Whether no run has begun here."""
+        return not (self.path / "run.json").exists()
+
+    def absolute(self) -> RunFolder:
+        """Return the folder with an absolute path, valid in any working directory."""
+        return RunFolder(self.path.absolute())
+
+    def joined(self, request: Request, *, replace: bool = False) -> Experiment:
+        """Return what ran in this folder before, and the request.
+
+        Parameters
+        ----------
+        request : Request
+        replace : bool
+            Drop what uses a name of the request for something else, or cannot be read.
+
+        Raises
+        ------
+        DatasetError
+            If it cannot be joined.
+        """
+        if self.is_new:
+            return Experiment((request,))
+        try:
+            before = Experiment.from_facts(self.read_facts())
+            if replace:
+                kept = before.without(request)
+                if not kept:
+                    return Experiment((request,))
+                before = Experiment(kept)
+            return before.grown(request)
+        except SimbenchError as error:
+            if replace:
+                return Experiment((request,))
+            raise DatasetError(
+                f"{self.path}: {error}: choose another --out, or pass --replace"
+            ) from None
 
     def read_facts(self) -> dict[str, Any]:
         """Read ``run.json``.
@@ -101,16 +175,17 @@ class RunFolder:
             ) from None
         except ValueError as error:
             raise DatasetError(f"{path}: not valid JSON: {error}") from None
-        if not isinstance(facts, dict) or "scenarios" not in facts:
+        if not isinstance(facts, dict) or facts.get("simbench") != "run":
             raise DatasetError(f"{path}: expected the file of a run, found another")
         return facts
 
-    def forget(self) -> None:
-        """Remove all results, so that everything is computed again."""
-        for folder in (self.parts, self.sequences):
-            shutil.rmtree(folder, ignore_errors=True)
-        for file in (self.log, self.path / "run.json"):
-            file.unlink(missing_ok=True)
+    def remove_sequences(self) -> None:
+        """Remove the generated sequences; other files stay where they are."""
+        for path in self.sequences.glob("*"):
+            if re.fullmatch(r".*-\d{4,}-[0-9a-f]{8}", path.name) and path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+        with contextlib.suppress(OSError):  # missing, or it holds other files
+            self.sequences.rmdir()
 
     @property
     def keeps_sequences(self) -> bool:
@@ -142,4 +217,9 @@ class RunFolder:
         return self.path / ".lock"
 
     def _is_ours(self) -> bool:
-        return self._lock.exists() or (self.path / "run.json").exists()
+        """Whether the folder has the mark of a run in one of the files made first."""
+        try:
+            self.read_facts()
+        except DatasetError:
+            return is_lock_file(self._lock)
+        return True

@@ -1,23 +1,32 @@
-"""What workers do: generate a sequence, and run a tracker over a sequence."""
+"""What workers do: generate a sequence, run a tracker over it, and score the track.
+
+A process that generates also scores; one that runs trackers does nothing else.
+"""
 
 from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import cv2
 
 from simbench.core.atomic_write import atomic_write_folder
-from simbench.core.errors import ScenarioError, SimbenchError, one_line
-from simbench.datasets.native import read_sequence
-from simbench.evaluation.run_tracker import track
-from simbench.evaluation.scores import score
-from simbench.experiments.plan import TrackTask
+from simbench.core.errors import ScenarioError, SimbenchError
+from simbench.core.tracker import Track
+from simbench.evaluation.isolated_track import (
+    Limits,
+    TrackRequest,
+    track_here,
+    track_isolated,
+)
 from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["generate_sequence", "run_track"]
+if TYPE_CHECKING:
+    from simbench.evaluation.scores import Scores
+
+__all__ = ["generate_sequence", "run_track", "score_track"]
 
 
 def generate_sequence(
@@ -45,33 +54,51 @@ def generate_sequence(
     return None
 
 
-def run_track(task: TrackTask, timeout_s: float, report: ReportProgress) -> None:
-    """Run a tracker over a sequence on disk and write its scores atomically.
+def run_track(
+    request: TrackRequest,
+    limits: Limits,
+    output: Path,
+    is_isolated: bool,
+    report: ReportProgress,
+) -> Track:
+    """Run a tracker over a sequence on disk, in a process of its own or in this one.
 
     Parameters
     ----------
-    task : TrackTask
-    timeout_s : float, s
-        Wall time after which the tracker is stopped.
+    request : TrackRequest
+    limits : Limits
+    output : Path
+        File for what the tracker prints, and its traceback if it fails; one of an
+        earlier run is removed.
+    is_isolated : bool
+        Whether the tracker gets a process of its own.
     report : callable
     """
-    cv2.setNumThreads(1)
-    sequence = read_sequence(task.sequence)
-    try:
-        tracker = task.tracker.make()
-    except BaseException as error:  # a tracker's fault is a result
-        is_ours = isinstance(error, SimbenchError)
-        scores = task.failure(str(error) if is_ours else one_line(error))
-    else:
-        found = track(
-            tracker,
-            sequence,
-            task.seed,
-            label=task.tracker.label,
-            repetition=task.repetition,
-            timeout_s=timeout_s,
-            on_frame=report,
-        )
-        scores = score(found, sequence)
-    with atomic_write_folder(task.part) as temporary:
+    output.unlink(missing_ok=True)
+    if not is_isolated:
+        return track_here(request, limits, report)
+    return track_isolated(request, limits, output, report)
+
+
+def score_track(
+    found: Track, sequence: Path, part: Path, report: ReportProgress
+) -> Scores:
+    """Score a track against the truth on disk and write its scores atomically.
+
+    Parameters
+    ----------
+    found : Track
+    sequence : Path
+        Folder of the sequence.
+    part : Path
+        Folder for the scores.
+    report : callable
+    """
+    # here, so that a process that only tracks loads no table library
+    from simbench.datasets.native import read_sequence
+    from simbench.evaluation.scores import score
+
+    scores = score(found, read_sequence(sequence))
+    with atomic_write_folder(part) as temporary:
         scores.write(temporary)
+    return scores

@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from simbench.core.errors import SimbenchError, one_line
 from simbench.runtime.code_digest import package_digest
+from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.in_process import InProcessPool
 from simbench.runtime.limits import environment
 from simbench.runtime.pool import Job, JobEvent, Pool, WorkerPool
 from simbench.runtime.versions import versions
@@ -51,7 +53,7 @@ def open_pool(
     Parameters
     ----------
     jobs : int
-        Processes at a time on this machine.
+        Processes at a time on this machine; 0 to run jobs in this process.
     cluster : str
         Address of a Dask scheduler such as ``tcp://scheduler:8786``, or empty.
     scratch : Path
@@ -63,6 +65,8 @@ def open_pool(
     """
     if cluster:
         return Cluster(cluster, shared)
+    if jobs == 0:
+        return InProcessPool()
     return WorkerPool(jobs, environment(jobs, scratch), log)
 
 
@@ -222,7 +226,10 @@ async def _identify_scheduler(address: str) -> None:
 
 def _identity() -> dict[str, str]:
     """Return the versions that decide the bytes of results, and the code digest."""
-    return versions() | {"simbench code": package_digest()[:16]}
+    return versions() | {
+        "simbench code": package_digest()[:16],
+        "opengl": opengl_renderer(),
+    }
 
 
 def _require_same(theirs: Mapping[str, str], ours: Mapping[str, str], who: str) -> None:

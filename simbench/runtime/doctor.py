@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
@@ -73,6 +74,7 @@ def examine() -> list[Diagnosis]:
     ]
 
 
+@cache
 def opengl_renderer() -> str:
     """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
     finding = _run_check("OpenGL", _CHECK_OPENGL, "")

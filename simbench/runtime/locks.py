@@ -10,7 +10,9 @@ from pathlib import Path
 
 from simbench.core.errors import DatasetError
 
-__all__ = ["empty_folder", "locked"]
+__all__ = ["empty_folder", "is_lock_file", "locked"]
+
+_LOCK_MARK = b"simbench lock\n"
 
 
 @contextmanager
@@ -22,12 +24,23 @@ def locked(path: Path) -> Iterator[None]:
     DatasetError
         If another process holds it.
     """
-    with path.open("w") as file:
+    with path.open("a+b") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise DatasetError(f"{path.parent}: another run is writing here") from None
+        file.truncate(0)
+        file.write(_LOCK_MARK)
+        file.flush()
         yield
+
+
+def is_lock_file(path: Path) -> bool:
+    """Whether a file is a lock file of simbench, held or not."""
+    try:
+        return path.read_bytes()[: len(_LOCK_MARK)] == _LOCK_MARK
+    except OSError:
+        return False
 
 
 @contextmanager

@@ -16,6 +16,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import struct
 import sys
 import tempfile
 import threading
@@ -30,7 +31,7 @@ from typing import Any, Literal, Protocol, Self
 
 from simbench.core.errors import one_line
 
-__all__ = ["Job", "JobEvent", "Pool", "ReportProgress", "WorkerPool"]
+__all__ = ["Job", "JobEvent", "JobLostError", "Pool", "ReportProgress", "WorkerPool"]
 
 ReportProgress = Callable[[int, int], None]
 """What a job calls with the steps done and their total."""
@@ -38,6 +39,12 @@ ReportProgress = Callable[[int, int], None]
 _REPORT_EVERY_S = 0.1
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
 _EXIT_LIMIT_S = 5.0
+_LONGEST_MESSAGE = 2**30  # bytes
+_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+
+
+class JobLostError(Exception):
+    """Raised by a job that something outside has disturbed: it may be run again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +83,8 @@ class JobEvent:
     kind : {"progress", "done", "failed", "died", "timeout", "lost"}
         All but ``progress`` end the job: the function returned or raised, its process
         ended, or it was killed at its time limit. ``lost`` is not the function's
-        fault: it was never called, or its worker disappeared.
+        fault: it was never called, another process killed its worker, or it raised
+        `JobLostError`.
     value : object
         The share done, in [0, 1]; what the function returned; or one line that says
         what went wrong.
@@ -121,6 +129,7 @@ class _Worker:
             self.process.start()
         child_end.close()
         self.job: Job | None = None
+        self._received = bytearray()
         self.has_begun = False
         self.deadline = float("inf")
 
@@ -129,7 +138,35 @@ class _Worker:
         self.has_begun = False
         self.deadline = time.monotonic() + _START_LIMIT_S
         with contextlib.suppress(OSError):  # it died idle: the end of the pipe tells
-            self.pipe.send_bytes(pickle.dumps((job.function, job.arguments)))
+            _send(self.pipe, (job.function, job.arguments))
+
+    def messages(self) -> Iterator[tuple[Any, Any]]:
+        """Yield the whole messages that have come, without waiting for more.
+
+        Raises
+        ------
+        EOFError
+            If the worker has closed the pipe.
+        ValueError
+            If it sent something else.
+        """
+        data = os.read(self.pipe.fileno(), 2**20)
+        self._received += data
+        while len(self._received) >= _HEADER.size:
+            (size,) = _HEADER.unpack_from(self._received)
+            if size > _LONGEST_MESSAGE:
+                raise ValueError(f"a message of {size} bytes")
+            end = _HEADER.size + size
+            if len(self._received) < end:
+                break
+            message = bytes(self._received[_HEADER.size : end])
+            del self._received[:end]
+            kind, value = pickle.loads(message)
+            if kind not in ("started", "progress", "done", "failed", "lost"):
+                raise ValueError(f"a message {kind!r}")
+            yield kind, value
+        if not data:
+            raise EOFError
 
     def begin(self, job: Job) -> None:
         """Record that the job's function is called now."""
@@ -207,9 +244,14 @@ class WorkerPool:
 
     def events(self, within_s: float) -> Iterator[JobEvent]:
         """Wait for events, at most ``within_s`` seconds, and yield them."""
-        pipes = {worker.pipe: worker for worker in self._busy}
-        for ready in wait(list(pipes), within_s):
-            yield from self._received(pipes[ready])  # type: ignore[index]  # our pipes
+        busy = self._busy
+        watched: list[Any] = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
+        ready = wait(watched, within_s)
+        for worker in busy:
+            if worker.pipe in ready:
+                yield from self._received(worker)
+            elif worker.process.sentinel in ready or not worker.process.is_alive():
+                yield from self._ended(worker)  # though another holds its pipe
         for worker in self._busy:
             if worker.job is not None and time.monotonic() > worker.deadline:
                 job = worker.job
@@ -226,29 +268,75 @@ class WorkerPool:
         return [worker for worker in self._workers if worker.job is not None]
 
     def _received(self, worker: _Worker) -> Iterator[JobEvent]:
-        job = worker.job
-        if job is None:
-            return
         try:
-            kind, value = worker.pipe.recv()
+            for kind, value in worker.messages():
+                if worker.job is None:
+                    raise ValueError(f"a message {kind!r} without a job")
+                if kind == "started":
+                    worker.begin(worker.job)
+                    continue
+                job = worker.job
+                if kind != "progress":
+                    worker.job = None
+                yield JobEvent(job, kind, value)
         except (EOFError, OSError):
-            self._workers.remove(worker)
+            yield from self._ended(worker)
+        except Exception as error:  # garbage: pickle may raise anything
+            reason = f"its process sent an unreadable message: {one_line(error)}"
+            yield from self._ended(worker, reason)
+
+    def _ended(self, worker: _Worker, reason: str = "") -> Iterator[JobEvent]:
+        """Remove a worker that is of no more use; its job, if any, ends."""
+        self._workers.remove(worker)
+        if reason:
+            worker.kill()
+        else:
             worker.stop()
-            reason = _exit_reason(worker.process.exitcode)
-            yield JobEvent(job, "died" if worker.has_begun else "lost", reason)
+        if worker.job is None:
             return
-        if kind == "started":
-            worker.begin(job)
-            return
-        if kind != "progress":
-            worker.job = None
-        yield JobEvent(job, kind, value)
+        exit_code = worker.process.exitcode
+        is_lost = (
+            bool(reason) or not worker.has_begun or -(exit_code or 0) in _FROM_OUTSIDE
+        )
+        yield JobEvent(
+            worker.job,
+            "lost" if is_lost else "died",
+            reason or _exit_reason(exit_code),
+        )
 
 
 def _exit_reason(exit_code: int | None) -> str:
     if exit_code is not None and exit_code < 0:
-        return f"process killed by {signal.Signals(-exit_code).name}"
+        known = {one.value: one.name for one in signal.Signals}
+        return f"process killed by {known.get(-exit_code, f'signal {-exit_code}')}"
     return f"process ended with exit status {exit_code}"
+
+
+_HEADER = struct.Struct("!Q")  # bytes of the message that follows
+
+
+def _send(pipe: Connection, value: object) -> None:
+    """Write one message; it arrives whole, whoever reads it in whatever pieces."""
+    data = pickle.dumps(value)
+    data = _HEADER.pack(len(data)) + data
+    while data:
+        data = data[os.write(pipe.fileno(), data) :]
+
+
+def _receive(pipe: Connection) -> Any:
+    """Wait for one message and return it."""
+    (size,) = _HEADER.unpack(_exactly(pipe, _HEADER.size))
+    return _exactly(pipe, size)
+
+
+def _exactly(pipe: Connection, size: int) -> bytes:
+    data = b""
+    while len(data) < size:
+        more = os.read(pipe.fileno(), size - len(data))
+        if not more:
+            raise EOFError
+        data += more
+    return data
 
 
 @contextlib.contextmanager
@@ -273,15 +361,17 @@ def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:
-            message = pipe.recv_bytes()
+            message = _receive(pipe)
             try:
                 function, arguments = pickle.loads(message)  # imports what it needs
-                pipe.send(("started", None))
+                _send(pipe, ("started", None))
                 answer = "done", function(*arguments, _ProgressSender(pipe))
+            except JobLostError as error:
+                answer = "lost", str(error)
             except BaseException as error:  # Ctrl-C is ignored: all come from the job
                 traceback.print_exc()
                 answer = "failed", one_line(error)
-            pipe.send(answer)
+            _send(pipe, answer)
 
 
 def _redirect_output(log: str) -> None:
@@ -308,5 +398,5 @@ class _ProgressSender:
 
     def __call__(self, done: int, total: int) -> None:
         if time.monotonic() >= self._next:
-            self._pipe.send(("progress", min(done / total, 1.0)))
+            _send(self._pipe, ("progress", min(done / total, 1.0)))
             self._next = time.monotonic() + _REPORT_EVERY_S

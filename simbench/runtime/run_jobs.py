@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ Progress = Callable[[float, float, str], None]
 """Called with the work done, the total work, and what is being worked on."""
 
 _WAIT_S = 0.5
+_LOST_TRIES = 3
 
 
 def run_jobs(
@@ -25,6 +27,8 @@ def run_jobs(
     on_progress: Callable[[Mapping[Any, float]], None] | None = None,
 ) -> None:
     """Run jobs until no more can be started and none is running.
+
+    A job that is lost, for no fault of its own, is run again, three times in all.
 
     Parameters
     ----------
@@ -39,20 +43,26 @@ def run_jobs(
         of it that is done, in [0, 1].
     """
     running: dict[Any, float] = {}
+    tries: Counter[Any] = Counter()
+    again: deque[Job] = deque()
     while True:
-        while pool.has_room and (job := next_job()) is not None:
+        while pool.has_room and (job := again.popleft() if again else next_job()):
             running[job.name] = 0.0
             pool.start(job)
         if pool.is_idle:
             return
+        if on_progress is not None:
+            on_progress(running)
         for event in pool.events(_WAIT_S):
             if event.kind == "progress":
                 running[event.job.name] = event.value
             else:
                 del running[event.job.name]
-                on_end(event)
-        if on_progress is not None:
-            on_progress(running)
+                tries[event.job.name] += event.kind == "lost"
+                if event.kind == "lost" and tries[event.job.name] < _LOST_TRIES:
+                    again.append(event.job)
+                else:
+                    on_end(event)
 
 
 def run_all(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
+import re
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -18,7 +20,13 @@ _DISTRIBUTIONS = {
     "pyarrow": ("pyarrow",),
     "opencv": ("opencv-python-headless", "opencv-contrib-python-headless"),
     "pyrender": ("pyrender", "pyrender-maintained"),
+    "PyOpenGL": ("PyOpenGL",),
+    "trimesh": ("trimesh",),
+    "scipy": ("scipy",),
+    "sumo-data": ("sumo-data",),
 }
+_VECTORS = re.compile(r"(avx|fma|sse4|amx|asimd|sve|neon)\w*")
+"""Names of instruction sets for which compilers make code that rounds differently."""
 
 
 def versions() -> dict[str, str]:
@@ -27,9 +35,14 @@ def versions() -> dict[str, str]:
     Returns
     -------
     dict from str to str
-        Empty for a library that is not installed.
+        Empty for a library that is not installed. ``instructions`` are the processor's
+        vector instructions, for which numba and Mesa compile.
     """
-    found = {"python": platform.python_version(), "simbench": simbench.__version__}
+    found = {
+        "python": platform.python_version(),
+        "simbench": simbench.__version__,
+        "instructions": _vector_instructions(),
+    }
     return found | {name: _version(*of) for name, of in _DISTRIBUTIONS.items()}
 
 
@@ -57,9 +70,20 @@ def _version(*distributions: str) -> str:
 
 
 def _processor() -> str:
+    return _of_processor("model name") or platform.machine()
+
+
+@cache
+def _vector_instructions() -> str:
+    flags = f"{_of_processor('flags')} {_of_processor('Features')}".split()
+    return " ".join(sorted(filter(_VECTORS.fullmatch, flags)))
+
+
+def _of_processor(key: str) -> str:
+    """Return a line of Linux's description of the first processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
-        lines = []
-    named = (line.partition(":")[2].strip() for line in lines if "model name" in line)
-    return next(named, platform.machine())
+        return ""
+    pairs = (line.partition(":") for line in lines)
+    return next((text.strip() for name, _, text in pairs if name.strip() == key), "")

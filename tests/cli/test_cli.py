@@ -97,7 +97,7 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         ),
         pytest.param("run smoke --seeds 3:1", "seeds must be", id="seeds"),
         pytest.param("run smoke --timeout 0", "timeout must be above", id="timeout"),
-        pytest.param("run smoke --jobs 0", "--jobs", id="jobs"),
+        pytest.param("run smoke --jobs -1", "--jobs", id="jobs"),
         pytest.param("run smoke --sedes 1", "No such option", id="option"),
         pytest.param(
             "run smoke --out .", "found other files", id="folder with other files"
@@ -231,7 +231,7 @@ def test_generate_overwrites_a_finished_sequence_only_with_replace(
 
 @pytest.mark.sumo
 @pytest.mark.gl
-def test_run_ends_with_table_and_report_and_can_be_repeated_or_run_fresh(
+def test_run_ends_with_table_and_report_and_can_be_repeated_or_replaced(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     command = "run smoke --frames 6 --seeds 0:2 --trackers still --jobs 1".split()
@@ -251,7 +251,7 @@ def test_run_ends_with_table_and_report_and_can_be_repeated_or_run_fresh(
     assert (folder / "report.html").stat().st_mtime_ns > written
 
     done = {part: part.stat().st_mtime_ns for part in (folder / "parts").iterdir()}
-    assert execute([*command, "--fresh"]) == 0
+    assert execute([*command, "--replace"]) == 0
     assert len(done) == 2
     assert all(part.stat().st_mtime_ns > before for part, before in done.items())
 

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 
 from simbench.core.errors import SimbenchError
 from simbench.evaluation.run_tracker import track_seed
-from simbench.experiments.plan import plan
+from simbench.experiments.experiment import Experiment
+from simbench.experiments.plan import SequenceTask, plan
 from simbench.experiments.regression_suite import DEFAULT_SUITE, Suite
 from simbench.experiments.request import Request, parse_seeds, spec_text
 from simbench.experiments.run_folder import RunFolder
+from simbench.experiments.tracker_codes import tracker_codes
 from simbench.generation.dataset import request as dataset_request
 from simbench.runtime import code_digest as code_digest_module
 from simbench.runtime.code_digest import code_digest
@@ -105,7 +107,9 @@ def test_variants_of_one_scenario_are_told_apart(request_of_smoke: Request) -> N
     twins = tuple(smoke.model_copy(update={"variant": v}) for v in ("", "lit/../x"))
     asked = dataclasses.replace(request_of_smoke, scenarios=twins)
     assert asked.folder_name == f"smoke-smoke@lit_.._x-{asked.digest[:8]}"
-    shoots = plan(asked, RunFolder(Path("run")))
+    shoots = plan(
+        Experiment((asked,)), RunFolder(Path("run")), {"still": ""}, renderer=""
+    )
     names = [shoot.sequence.name.rpartition("-")[0] for shoot in shoots]
     assert names[::2] == ["smoke-0000", "smoke@lit_.._x-0000"]
     assert len({chase.part for shoot in shoots for chase in shoot.track_tasks}) == 4
@@ -234,12 +238,17 @@ def test_code_of_a_tracker_counts_the_module_that_makes_it(own_code: Path) -> No
     factory = "from simbench.trackers.still import Still\ndef make(): return Still()\n"
     (own_code / "still_factory.py").write_text(factory)
     folder, walk = RunFolder(own_code / "run"), find_tracker("still_factory:make")
-    asked = Request((load_scenario("smoke"),), (walk,), (0,))
-    code_digest.cache_clear()
-    (before,) = plan(asked, folder)
+    asked = Experiment((Request((load_scenario("smoke"),), (walk,), (0,)),))
+
+    def planned() -> SequenceTask:
+        code_digest.cache_clear()
+        codes = tracker_codes((walk,), timeout_s=9.0, isolated=False)
+        (task,) = plan(asked, folder, codes, renderer="")
+        return task
+
+    before = planned()
     (own_code / "still_factory.py").write_text(f"{factory}a = 1\n")
-    code_digest.cache_clear()
-    (after,) = plan(asked, folder)
+    after = planned()
     assert before.sequence == after.sequence
     assert before.track_tasks[0].part != after.track_tasks[0].part
 

@@ -18,12 +18,16 @@ import pytest
 from simbench.core.errors import DatasetError
 from simbench.evaluation.run_tracker import track_seed
 from simbench.evaluation.scores import Scores
-from simbench.experiments.grid import finished_scores, run_grid
+from simbench.experiments.experiment import Experiment
+from simbench.experiments.grid import finished_scores, run_request
+from simbench.experiments.plan import SequenceTask, plan
 from simbench.experiments.rebuild_report import rebuild_report
 from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.experiments.run_folder import RunFolder
+from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime import pool as workers
+from simbench.runtime.doctor import opengl_renderer
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
 from tests.blind_scenario import blind_smoke
@@ -46,11 +50,16 @@ def asked(*trackers: str, timeout_s: float = 60.0, repetitions: int = 1) -> Requ
     return Request((smoke,), found, (4,), repetitions, timeout_s)
 
 
+def planned(request: Request, folder: RunFolder) -> list[SequenceTask]:
+    codes = tracker_codes(request.trackers, timeout_s=60.0)
+    return plan(Experiment((request,)), folder.absolute(), codes, opengl_renderer())
+
+
 @pytest.fixture(scope="module")
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """A run folder in which one tracker ran, its sequence kept."""
     folder = RunFolder(tmp_path_factory.mktemp("filmed"))
-    run_grid(asked("Walk"), folder, keep_sequences=True)
+    run_request(asked("Walk"), folder, keep_sequences=True)
     return folder
 
 
@@ -60,8 +69,8 @@ def finished(
 ) -> tuple[RunFolder, RunResult]:
     """A run that came to its end, and what came out of it."""
     path = tmp_path_factory.mktemp("finished") / "run"
-    shutil.copytree(filmed.sequences, path / "sequences")
-    (path / ".lock").touch()  # so that it is ours
+    with RunFolder(path).locked():  # so that it is ours
+        shutil.copytree(filmed.sequences, path / "sequences")
     outcome = run_experiment(asked("Walk"), path, command="", keep_sequences=True)
     return RunFolder(path), outcome
 
@@ -75,7 +84,7 @@ def folder(filmed: RunFolder, tmp_path: Path) -> RunFolder:
 
 def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> None:
     trackers = ("Walk", "Raise", "Nan", "Interrupt", "Hang", "Leave", "Crash")
-    scores, _ = run_grid(asked(*trackers, timeout_s=2.0), folder, jobs=2)
+    scores, _ = run_request(asked(*trackers, timeout_s=2.0), folder, jobs=2)
     runs = scores.runs.set_index("tracker")
     assert runs.index.tolist() == [t.lower() for t in trackers]
     assert runs["status"].to_dict() == {
@@ -91,12 +100,14 @@ def test_each_fault_costs_its_own_row_and_nothing_else(folder: RunFolder) -> Non
     assert runs["reason"]["nan"].startswith("frame 3: not-a-number: box must be finite")
     reason = "frame 1: exception: KeyboardInterrupt: as if typed"
     assert runs["reason"]["interrupt"] == reason
-    assert runs["reason"]["hang"] == "timeout after 2 s"
-    assert runs["reason"]["leave"] == "process ended with exit status 0"
-    assert runs["reason"]["crash"] == "process killed by SIGSEGV"
+    assert runs["reason"]["hang"] == ("frame 1: timeout: the run took more than 2 s")
+    ended = "frame 1: crash: process ended with exit status 0"
+    assert runs["reason"]["leave"] == ended
+    assert runs["reason"]["crash"] == "frame 1: crash: process killed by SIGSEGV"
     assert set(runs["frames"]) == {24}
     printed = f"about to hang; temporary files: {folder.path / 'tmp'}\n"
-    assert printed in folder.log.read_text()
+    assert folder.output("smoke", 4, "hang", 0).read_text() == printed
+    assert "RuntimeError: lost it" in folder.output("smoke", 4, "raise", 0).read_text()
 
 
 def test_worker_that_never_starts_is_no_score_and_is_tried_again(
@@ -104,18 +115,18 @@ def test_worker_that_never_starts_is_no_score_and_is_tried_again(
 ) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(workers, "_serve", print)  # says what it is to do, and leaves
-        scores, _ = run_grid(asked("Walk"), folder)
+        scores, _ = run_request(asked("Walk"), folder)
     (run,) = scores.runs.to_dict("records")
     assert run["status"] == "failed"
     assert run["reason"] == "process ended with exit status 0"
     assert math.isnan(run["success_50"])  # nothing was measured
     assert not folder.parts.exists()
-    again, _ = run_grid(asked("Walk"), folder)
+    again, _ = run_request(asked("Walk"), folder)
     assert again.runs["status"].tolist() == ["ok"]
 
 
 def test_rows_come_in_the_order_of_the_request(folder: RunFolder) -> None:
-    scores, _ = run_grid(asked("Walk", "Nan", repetitions=2), folder, jobs=2)
+    scores, _ = run_request(asked("Walk", "Nan", repetitions=2), folder, jobs=2)
     found = scores.runs[["tracker", "repetition"]].to_numpy().tolist()
     assert found == [["walk", 0], ["walk", 1], ["nan", 0], ["nan", 1]]
 
@@ -123,22 +134,22 @@ def test_rows_come_in_the_order_of_the_request(folder: RunFolder) -> None:
 def test_track_depends_on_its_seed_and_not_on_the_workers(
     filmed: RunFolder, folder: RunFolder
 ) -> None:
-    alone = run_grid(asked("Walk"), filmed)[0]
-    beside, _ = run_grid(asked("Slow", "Nan", "Walk"), folder, jobs=2)
+    alone = run_request(asked("Walk"), filmed)[0]
+    beside, _ = run_request(asked("Slow", "Nan", "Walk"), folder, jobs=2)
     lefts = beside.frames.loc[beside.frames["tracker"] == "walk", "left"]
     assert lefts.tolist() == alone.frames["left"].tolist()
     assert alone.runs["track_seed"].tolist() == [str(track_seed(4, "walk", 0))]
 
 
 def test_repetitions_draw_differently(folder: RunFolder) -> None:
-    scores, _ = run_grid(asked("Walk", repetitions=2), folder)
+    scores, _ = run_request(asked("Walk", repetitions=2), folder)
     last = scores.frames.groupby("repetition")["left"].last()
     assert last[0] != last[1]
 
 
 def test_what_is_done_is_not_done_again(folder: RunFolder) -> None:
-    first, _ = run_grid(asked("Walk"), folder)
-    second, _ = run_grid(asked("Walk", "Nan"), folder)
+    first, _ = run_request(asked("Walk"), folder)
+    second, _ = run_request(asked("Walk", "Nan"), folder)
     was, now = first.runs.iloc[0], second.runs.iloc[0]
     assert (
         now["seconds_total"] == was["seconds_total"]
@@ -147,10 +158,10 @@ def test_what_is_done_is_not_done_again(folder: RunFolder) -> None:
 
 @pytest.mark.parametrize("name", ["scores.parquet", "frames.parquet"])
 def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) -> None:
-    first, _ = run_grid(asked("Walk"), folder)
+    first, _ = run_request(asked("Walk"), folder)
     (part,) = folder.parts.iterdir()
     (part / name).write_bytes((part / name).read_bytes()[:100])
-    second, _ = run_grid(asked("Walk"), folder)
+    second, _ = run_request(asked("Walk"), folder)
     assert second.frames["left"].tolist() == first.frames["left"].tolist()
     assert Scores.read(part).runs["status"].tolist() == ["ok"]
 
@@ -162,7 +173,6 @@ def test_part_that_cannot_be_read_is_done_again(folder: RunFolder, name: str) ->
         pytest.param("frames.parquet", b"PAR1", id="cut frames"),
         pytest.param("report.html", None, id="no report", marks=pytest.mark.slow),
         pytest.param("report.html", b"<html>", id="cut report", marks=pytest.mark.slow),
-        pytest.param("run.json", b"{", id="cut facts"),
     ],
 )
 def test_finished_run_is_made_whole_again_by_the_same_call(
@@ -185,6 +195,17 @@ def test_finished_run_is_made_whole_again_by_the_same_call(
     assert second.scores.runs["fps"].tolist() == first.scores.runs["fps"].tolist()
 
 
+def test_run_whose_facts_are_damaged_is_refused_until_it_is_to_be_replaced(
+    copied: RunFolder,
+) -> None:
+    (copied.path / "run.json").write_bytes(b"{")
+    with pytest.raises(DatasetError, match=r"not valid JSON.*or pass --replace"):
+        run_experiment(asked("Walk"), copied.path, command="")
+    assert Scores.read(copied.path).runs["tracker"].tolist() == ["walk"]
+    run_experiment(asked("Walk"), copied.path, command="", replace=True)
+    assert copied.is_finished(asked("Walk").digest)
+
+
 @pytest.fixture
 def copied(finished: tuple[RunFolder, RunResult], tmp_path: Path) -> RunFolder:
     """A run of its own that came to its end, its sequence kept."""
@@ -195,11 +216,11 @@ def copied(finished: tuple[RunFolder, RunResult], tmp_path: Path) -> RunFolder:
 def test_run_without_its_pictures_is_finished_only_where_they_are_not_asked_for(
     copied: RunFolder,
 ) -> None:
-    request = asked("Walk")
-    assert finished_scores(request, copied, with_sequences=True) is not None
+    tasks = planned(asked("Walk"), copied)
+    assert finished_scores(tasks, with_sequences=True) is not None
     shutil.rmtree(copied.sequences)
-    assert finished_scores(request, copied) is not None
-    assert finished_scores(request, copied, with_sequences=True) is None
+    assert finished_scores(tasks) is not None
+    assert finished_scores(tasks, with_sequences=True) is None
 
 
 def test_pictures_that_were_kept_stay_when_a_later_call_does_not_ask_for_them(
@@ -213,10 +234,10 @@ def test_pictures_that_were_kept_stay_when_a_later_call_does_not_ask_for_them(
     assert copied.keeps_sequences
 
 
-def test_doing_all_afresh_forgets_that_pictures_were_kept(copied: RunFolder) -> None:
-    copied.forget()
-    assert not copied.sequences.exists()
-    assert not copied.keeps_sequences
+def test_only_folders_of_sequences_are_removed(copied: RunFolder) -> None:
+    (copied.sequences / "notes.txt").write_text("mine")
+    copied.remove_sequences()
+    assert [path.name for path in copied.sequences.iterdir()] == ["notes.txt"]
 
 
 def test_temporary_files_of_a_killed_run_are_removed(folder: RunFolder) -> None:
@@ -234,7 +255,7 @@ def test_sequences_other_than_the_first_are_removed(
     filmed: RunFolder, folder: RunFolder
 ) -> None:
     (name,) = [path.name for path in filmed.sequences.iterdir()]
-    _, sequences = run_grid(asked("Walk"), folder)
+    _, sequences = run_request(asked("Walk"), folder)
     assert [path.name for path in folder.sequences.iterdir()] == [name]
     (sequence,) = sequences
     assert sequence.seed == 4
@@ -257,7 +278,7 @@ def test_scenario_that_cannot_be_filmed_costs_its_rows(tmp_path: Path) -> None:
     walk = (find_tracker("walk=tests.runtime.misbehaving:Walk"),)
     request = Request((blind_smoke(),), walk, (4,))
     folder = RunFolder(tmp_path)
-    scores, sequences = run_grid(request, folder)
+    scores, sequences = run_request(request, folder)
     assert sequences == []
     assert scores.runs["status"].tolist() == ["failed"]
     assert scores.runs["success_50"].isna().all()  # nothing was measured

@@ -11,6 +11,7 @@ import pytest
 from simbench.cli import execute
 from simbench.evaluation.scores import Scores
 from simbench.experiments.run import RunResult
+from simbench.experiments.run_folder import RunFolder
 from simbench.scenarios.files.loading import read_raw_scenario
 from tests.report.synthetic_sweep import one_dial, synthetic_sweep
 
@@ -109,7 +110,7 @@ def test_sweep_fails_by_failures_or_where_nothing_is_reached(
 ) -> None:
     scores, _, _, swept = synthetic_sweep(one_dial())
     runs = scores.runs.iloc[:2].assign(status=status)
-    outcome = RunResult(Scores(runs, scores.frames), Path("report.html"), swept)
+    outcome = RunResult(Scores(runs, scores.frames), RunFolder(Path("run")), swept)
     assert len(outcome.failures) == failures
     assert all("poles@occlusion.hidden=0, seed 0" in one for one in outcome.failures)
 

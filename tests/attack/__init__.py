@@ -1,0 +1,1 @@
+"""Attacks: hostile trackers, files, places and moments to be killed."""

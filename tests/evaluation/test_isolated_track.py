@@ -1,0 +1,210 @@
+"""A tracker in a process of its own: every fault is its own, and costs no other run."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simbench.core.box import Box
+from simbench.core.frame import Frame
+from simbench.core.sequence import Sequence
+from simbench.core.tracker import Track
+from simbench.datasets.native import read_sequence, write_sequence
+from simbench.evaluation.isolated_track import Limits, TrackRequest
+from simbench.evaluation.run_tracker import track
+from simbench.experiments.tasks import run_track
+from simbench.runtime.isolation import OUTPUT_LIMIT
+from simbench.runtime.limits import environment
+from simbench.runtime.pool import Job, JobEvent, WorkerPool
+from simbench.trackers.find_tracker import TrackerSpec, find_tracker
+from tests.attack.bad_trackers import BAD_TRACKERS, FINE, LOST, Walk
+from tests.tiny_sequence import tiny_sequence
+
+ROOT = Path(__file__).parents[2]
+LIMITS = Limits(timeout_s=1.0, memory_mb=256)
+
+
+@pytest.fixture(scope="module")
+def sequence(tmp_path_factory: pytest.TempPathFactory) -> Sequence:
+    folder = tmp_path_factory.mktemp("tiny")
+    write_sequence(folder, tiny_sequence())
+    return read_sequence(folder)
+
+
+@pytest.fixture(scope="module")
+def pool(tmp_path_factory: pytest.TempPathFactory) -> Iterator[WorkerPool]:
+    folder = tmp_path_factory.mktemp("pool")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT))  # workers inherit the path
+        with WorkerPool(1, environment(1, folder), folder / "log") as pool:
+            yield pool
+
+
+def run(
+    pool: WorkerPool,
+    sequence: Sequence,
+    tracker: TrackerSpec,
+    output: Path,
+    limits: Limits = LIMITS,
+) -> JobEvent:
+    start = Box.from_array(sequence.truth.boxes[0])
+    request = TrackRequest(tracker, sequence.frames, start, seed=4)
+    pool.start(Job(0, "track", run_track, (request, limits, output, True), 60.0))
+    while True:
+        for event in pool.events(within_s=10.0):
+            if event.kind != "progress":
+                return event
+
+
+def bad(name: str) -> TrackerSpec:
+    return find_tracker(f"walk=tests.attack.bad_trackers:{name}")
+
+
+@pytest.mark.parametrize("name", BAD_TRACKERS)
+def test_fault_is_told_and_the_next_run_is_undisturbed(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path, name: str
+) -> None:
+    event = run(pool, sequence, bad(name), tmp_path / "output.txt")
+    expected = BAD_TRACKERS[name]
+    if expected == LOST:
+        assert event.kind == "lost"
+    else:
+        assert event.kind == "done", event.value
+        found: Track = event.value
+        reason = "".join(map(str, found.failures))
+        if expected is FINE:
+            assert reason == ""
+        assert re.search(expected or "", reason, re.DOTALL), reason
+        assert "\n" not in reason
+        boxes = (
+            found.boxes[: found.failures[0].frame] if found.failures else found.boxes
+        )
+        assert np.isfinite(boxes).all()
+    after = run(pool, sequence, bad("Walk"), tmp_path / "after.txt").value
+    undisturbed = track(Walk(), sequence, 4, label="walk")
+    assert after.boxes.tolist() == undisturbed.boxes.tolist()
+    assert after.failures == ()
+    assert left_behind() == []
+
+
+def left_behind() -> list[str]:
+    """Return command lines of processes that bad trackers started and that live on."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            command = (process / "cmdline").read_text()
+        except OSError:
+            continue
+        if "time.sleep(3600)" in command or "time.sleep(99)" in command:
+            found.append(command)
+    return found
+
+
+def test_output_and_traceback_are_kept(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    run(pool, sequence, bad("Raise"), tmp_path / "output.txt")
+    text = (tmp_path / "output.txt").read_text()
+    assert text.startswith("Traceback (most recent call last):")
+    assert text.endswith("RuntimeError: odd\n")
+    run(pool, sequence, bad("Walk"), tmp_path / "output.txt")
+    assert not (tmp_path / "output.txt").exists()
+
+
+def test_output_is_bounded_and_keeps_its_end(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    run(pool, sequence, bad("PrintsMuch"), tmp_path / "output.txt")
+    text = (tmp_path / "output.txt").read_text()
+    assert len(text) < OUTPUT_LIMIT + 100
+    assert "bytes left out]" in text
+    assert text.endswith("the end\n")
+
+
+def test_estimates_before_a_crash_are_kept(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    found = run(pool, sequence, bad("Crash"), tmp_path / "output.txt").value
+    whole = track(Walk(), sequence, 4, label="walk")
+    assert found.boxes[:3].tolist() == whole.boxes[:3].tolist()
+    assert np.isnan(found.boxes[3:]).all()
+
+
+def test_built_in_tracker_gives_the_same_track_as_in_this_process(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    spec = find_tracker("condensation")
+    limits = Limits()
+    there = run(pool, sequence, spec, tmp_path / "output.txt", limits).value
+    here = track("condensation", sequence, 4)
+    assert there.boxes.tolist() == here.boxes.tolist()
+    assert there.particles.tolist() == here.particles.tolist()
+
+
+class SeeksTruth(Walk):
+    """Looks for true boxes in the memory of its process."""
+
+    def update(self, frame: Frame) -> object:  # type: ignore[override]
+        import gc
+
+        from simbench.core.sequence import Truth
+
+        for one in gc.get_objects():
+            if isinstance(one, Truth):
+                raise AssertionError("the truth is here")
+        return super().update(frame)
+
+
+def test_process_of_a_tracker_has_no_truth(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    spec = find_tracker("tests.evaluation.test_isolated_track:SeeksTruth")
+    event = run(pool, sequence, spec, tmp_path / "output.txt", Limits())
+    assert event.value.failures == ()
+
+
+def test_image_that_cannot_be_read_is_no_fault_of_the_tracker(
+    pool: WorkerPool, tmp_path: Path
+) -> None:
+    write_sequence(tmp_path / "tiny", tiny_sequence())
+    sequence = read_sequence(tmp_path / "tiny")
+    (tmp_path / "tiny" / "frames" / "000004.png").write_bytes(b"no picture")
+    event = run(pool, sequence, bad("Walk"), tmp_path / "output.txt")
+    assert event.kind == "failed"
+    assert "000004.png" in event.value
+
+
+def test_memory_limit_counts_what_a_tracker_allocates(
+    pool: WorkerPool, sequence: Sequence, tmp_path: Path
+) -> None:
+    spec = find_tracker("walk=tests.evaluation.test_isolated_track:Takes300MB")
+    few = run(pool, sequence, spec, tmp_path / "few.txt", Limits(9.0, 200)).value
+    assert str(few.failures[0]).startswith("init: memory: MemoryError")
+    assert "200 MiB" in str(few.failures[0])
+    assert "--memory-mb" in str(few.failures[0])
+    many = run(pool, sequence, spec, tmp_path / "many.txt", Limits(9.0, 600)).value
+    assert many.failures == ()
+
+
+class Takes300MB(Walk):
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
+        super().init(frame, box, rng)
+        self.memory = np.ones(300 * 2**17)
+
+
+class KilledOnce(Walk):
+    """Is killed in its first run only, as by a machine without memory left."""
+
+    mark = Path(os.environ.get("TMPDIR", "/tmp")) / "killed-once"
+
+    def update(self, frame: Frame) -> object:  # type: ignore[override]
+        if not self.mark.exists():
+            self.mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().update(frame)
