@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from simbench.render.gl import offscreen  # noqa: F401  # before pyrender: sets the platform
+from simbench.runtime.scratch import scratch_folder
 
 # isort: split
 from OpenGL import GL
@@ -30,7 +30,7 @@ class Program:
     """
 
     def __init__(self, vertex: str, fragment: str, *defines: str) -> None:
-        with tempfile.TemporaryDirectory(prefix="simbench-shaders-") as folder:
+        with scratch_folder("shaders-") as folder:
             sources = (_expand(f, defines, Path(folder)) for f in (vertex, fragment))
             self._program = ShaderProgram(*sources)
             self._program._add_to_context()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
@@ -32,6 +31,7 @@ from simbench.generation.digests import (
     truth_digests,
 )
 from simbench.render.channel_recorder import ChannelRecorder
+from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.achieved_dials import achieved_dials
 from simbench.scenarios.schema import Scenario
 
@@ -98,7 +98,7 @@ def generate(
     channels = require_known(channels)
     owner = None
     if out is None:
-        owner = tempfile.TemporaryDirectory(prefix="simbench-sequence-")
+        owner = scratch_folder("sequence-")
         out = owner.name
     out = Path(out)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)

@@ -1,46 +1,85 @@
-"""Lock files and scratch folders."""
+"""Lock files, and folders for temporary files at a fixed place.
+
+A lock is one of the system (``flock``): it ends with the process that holds it, however
+that ends. On network file systems: NFS passes it to the server, so that it keeps two
+machines apart; SMB and many FUSE file systems keep it on each machine, so that only
+processes of the same machine are kept apart; where there are no locks at all, work is
+refused.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import fcntl
-import shutil
+import os
+import socket
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from simbench.core.errors import DatasetError
+from simbench.runtime.scratch import SCRATCH_MARK, remove_content
 
 __all__ = ["empty_folder", "is_lock_file", "locked"]
 
 _LOCK_MARK = b"simbench lock\n"
+_LONGEST = 4096  # bytes of a lock file that are looked at
+_NOT_FOLLOWED = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC  # no link, no waiting pipe
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Hold a lock file while the block runs; it is released if the process dies.
 
+    The file stays; it says that it is a lock file of simbench and, while it is held, by
+    which process.
+
+    Parameters
+    ----------
+    path : Path
+        New, a lock file of simbench, or empty, as those of version 0.2 are.
+
     Raises
     ------
     DatasetError
-        If another process holds it.
+        If another process holds it, it is no lock file of simbench (which is left as it
+        is), the file cannot be written, or its file system has no locks.
     """
-    with path.open("a+b") as file:
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | _NOT_FOLLOWED, 0o666)
+    except (OSError, ValueError) as error:
+        raise DatasetError(_no_lock_file(path, error)) from None
+    try:
+        _lock(handle, path)
+        if not _is_ours(handle):
+            raise DatasetError(
+                f"{path}: expected a lock file of simbench, found another file"
+            )
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise DatasetError(f"{path.parent}: another run is writing here") from None
-        file.truncate(0)
-        file.write(_LOCK_MARK)
-        file.flush()
+            os.ftruncate(handle, 0)
+            holder = f"process {os.getpid()} on {socket.gethostname()}\n"
+            os.pwrite(handle, _LOCK_MARK + holder.encode(), 0)
+        except OSError as error:
+            raise DatasetError(f"{path}: cannot be written: {error.strerror}") from None
         yield
+        with contextlib.suppress(OSError):
+            os.ftruncate(handle, len(_LOCK_MARK))
+    finally:
+        os.close(handle)
 
 
 def is_lock_file(path: Path) -> bool:
-    """Whether a file is a lock file of simbench, held or not."""
+    """Whether a file is a lock file of simbench, held or not; empty ones are not."""
     try:
-        return path.read_bytes()[: len(_LOCK_MARK)] == _LOCK_MARK
-    except OSError:
+        handle = os.open(path, os.O_RDONLY | _NOT_FOLLOWED)
+    except (OSError, ValueError):
         return False
+    try:
+        return os.fstat(handle).st_size > 0 and _is_ours(handle)
+    finally:
+        os.close(handle)
 
 
 @contextmanager
@@ -48,11 +87,69 @@ def empty_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder for temporary files, removed when the block ends.
 
     Files that killed processes left in it are removed too: now or, if this process is
-    killed as well, the next time.
+    killed as well, the next time. To call for a place that a lock protects.
+
+    Parameters
+    ----------
+    path : Path
+        New, empty, or made by this function: a file in it says so.
+
+    Raises
+    ------
+    DatasetError
+        If it is another folder, which is left as it is, or cannot be made.
     """
-    shutil.rmtree(path, ignore_errors=True)
-    path.mkdir(parents=True, exist_ok=True)
+    mark = path / SCRATCH_MARK
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):
+            path.mkdir()
+        if path.is_symlink() or not path.is_dir():
+            raise DatasetError(f"{path}: expected a folder, found another file")
+        if not mark.is_file() and any(path.iterdir()):
+            raise DatasetError(
+                f"{path}: expected no folder, or one of temporary files of simbench, "
+                "found other files"
+            )
+        mark.touch()
+        remove_content(path)
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: cannot hold temporary files: {error.strerror}"
+        ) from None
     try:
         yield path.absolute()
     finally:
-        shutil.rmtree(path, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            remove_content(path)
+            mark.unlink()  # last: what is left by a kill in between is still marked
+            path.rmdir()
+
+
+def _lock(handle: int, path: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise DatasetError(f"{path.parent}: another run is writing here") from None
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: cannot be locked: {error.strerror}: expected a file system that "
+            "has locks (flock), as those of local disks"
+        ) from None
+
+
+def _is_ours(handle: int) -> bool:
+    """Whether an open file is empty, or marked as a lock file of simbench."""
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        return False
+    content = os.pread(handle, _LONGEST, 0)
+    return not content or content.startswith(_LOCK_MARK)
+
+
+def _no_lock_file(path: Path, error: OSError | ValueError) -> str:
+    """Return one line that says why a lock file could not be opened."""
+    if not isinstance(error, OSError):
+        return f"{path.parent!s:.100}: expected a path, got {error}"
+    if error.errno == errno.ELOOP and path.is_symlink():
+        return f"{path}: expected a lock file of simbench, found a symbolic link"
+    return f"{path}: cannot be written: {error.strerror}"

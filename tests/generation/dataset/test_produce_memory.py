@@ -40,7 +40,7 @@ def test_memory_and_disk_stay_flat_over_many_sequences(tmp_path: Path) -> None:
 
     def note(done: float, _: float, doing: str) -> None:
         resident[int(done)] = _resident_mb()
-        frames = tmp_path.glob("out/.scratch/simbench-made-*/sequence/frames/*")
+        frames = tmp_path.glob("out/.scratch/*/made-*/sequence/frames/*")
         frames_on_disk.append(len(list(frames)))
 
     imaging = {"width_px": 640, "height_px": 480, "samples": 1}
