@@ -29,7 +29,7 @@ HIDDEN_FROM = {room: {"trackers"} for room in ("render", "datasets", "generation
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 ONLY_THERE = {
     "distributed": {"simbench.runtime.cluster"},
-    "fsspec": {"simbench.datasets.store"},
+    "fsspec": {"simbench.datasets.store", "simbench.datasets.lease_file"},
     "libsumo": {
         "simbench.scenarios.network.sumo_process",
         "simbench.scenarios.highway.sumo_process",

@@ -12,21 +12,21 @@ import glob
 import os
 import shutil
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
 import fsspec
+from fsspec.implementations.memory import MemoryFileSystem
 
 from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError, one_line
 from simbench.datasets.lease import LEASE, Lease
+from simbench.datasets.lease_file import LeaseFile, has_buckets, without_wrappers
 from simbench.runtime.locks import locked
 
 __all__ = ["FolderStore", "Store", "open_store"]
 
 _LOCK = ".lock"
-_BUCKETS = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "adl", "oci", "oss", "r2"}
-"""Protocols whose folders are parts of names, where to make one is to make a bucket."""
 
 
 def open_store(place: str) -> Store:
@@ -83,9 +83,8 @@ class Store:
         self._system = system
         self._root = root.rstrip("/")
         self._one_at_a_time = threading.RLock()  # few drivers are thread-safe
-        self._lease = Lease(self)
-        protocol = system.protocol
-        self._protocols = {protocol} if isinstance(protocol, str) else set(protocol)
+        file = LeaseFile(system, self._full(LEASE), address, self._one_at_a_time)
+        self.lease = Lease(file)
 
     def __str__(self) -> str:
         """Return the path or URL."""
@@ -94,15 +93,30 @@ class Store:
     @property
     def is_private(self) -> bool:
         """Whether no other process sees what this one puts there."""
-        return "memory" in self._protocols
+        return isinstance(without_wrappers(self._system, "")[0], MemoryFileSystem)
 
-    def locked(self) -> contextlib.AbstractContextManager[None]:
-        """Refuse other productions while the block runs."""
-        return self._lease.held()
+    def locked(
+        self, tell: Callable[[str], None] | None = None
+    ) -> contextlib.AbstractContextManager[None]:
+        """Refuse other productions while the block runs.
+
+        Parameters
+        ----------
+        tell : callable, optional
+            Receives one line if that takes a while, see `simbench.datasets.lease`.
+        """
+        return self.lease.held(tell)
 
     def check_lock(self) -> None:
-        """Raise an error if another production has taken the lock."""
-        self._lease.check()
+        """Raise an error if another production is known to have taken the lock."""
+        self.lease.check()
+
+    def require_lock(self) -> None:
+        """Look whether another production has taken the lock, and raise an error then.
+
+        Does nothing where it is not held, as in a worker.
+        """
+        self.lease.require()
 
     def names(self, folder: str) -> list[str]:
         """Return the names of the files and folders in a folder, none if missing.
@@ -150,7 +164,7 @@ class Store:
             try:
                 self._system.put(local, full)
             except FileNotFoundError:
-                if self._protocols & _BUCKETS:
+                if has_buckets(self._system):
                     raise
                 for parent in {path.rpartition("/")[0] for path in full}:
                     self._system.makedirs(parent, exist_ok=True)
@@ -198,8 +212,8 @@ class FolderStore(Store):
         return str(self.path)
 
     @contextlib.contextmanager
-    def locked(self) -> Iterator[None]:
-        """Refuse other productions while the block runs."""
+    def locked(self, tell: Callable[[str], None] | None = None) -> Iterator[None]:
+        """Refuse other productions while the block runs, at once."""
         with self._errors_in_one_line():
             self.path.mkdir(parents=True, exist_ok=True)
         with locked(self.path / _LOCK):
@@ -207,6 +221,9 @@ class FolderStore(Store):
 
     def check_lock(self) -> None:
         """Do nothing: the system keeps the lock while the process lives."""
+
+    def require_lock(self) -> None:
+        """Do nothing, too."""
 
     def has(self, path: str) -> bool:
         """Whether a file exists."""

@@ -21,7 +21,6 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -36,6 +35,7 @@ from simbench.datasets.formats import find_format
 from simbench.datasets.store import Store, open_store
 from simbench.datasets.truth_tables import write_truth_tables
 from simbench.runtime.pool import ReportProgress
+from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.schema import Scenario
 
 __all__ = [
@@ -112,7 +112,7 @@ def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str
     cv2.setNumThreads(1)
     is_made = False
     try:
-        with tempfile.TemporaryDirectory(prefix="simbench-made-") as scratch:
+        with scratch_folder("made-") as scratch:
             root = Path(scratch) / "root"
             _generate(job, Path(scratch) / "sequence", root, report)
             is_made = True
@@ -160,11 +160,11 @@ def put_text(
     store: Store, path: str, chunks: Iterable[str], scratch: Path | None = None
 ) -> None:
     """Write a text file into a store, by way of a local folder ``scratch``."""
-    with tempfile.TemporaryDirectory(prefix="simbench-", dir=scratch) as folder:
+    with scratch_folder("text-", scratch) as folder:
         local = Path(folder) / "file"
         with local.open("w", encoding="utf-8", newline="\n") as file:
             file.writelines(chunks)
-        store.check_lock()
+        store.require_lock()
         store.put({path: local})
 
 

@@ -8,11 +8,11 @@ the sequence it is generating.
 
 from __future__ import annotations
 
-import os
+import contextlib
 import shutil
-import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from simbench.core.errors import DatasetError, SimbenchError
@@ -39,11 +39,12 @@ from simbench.generation.dataset.resume import (
     remove_unfinished,
 )
 from simbench.runtime.cluster import open_pool
-from simbench.runtime.code_digest import digest_of
 from simbench.runtime.limits import generation_limit_s
 from simbench.runtime.locks import empty_folder
 from simbench.runtime.pool import Job, JobEvent
 from simbench.runtime.run_jobs import Progress, run_jobs
+from simbench.runtime.scratch import scratch_folder
+from simbench.runtime.worker_log import shorten
 from simbench.scenarios.achieved_dials import max_rendered_frames
 
 __all__ = ["ProductionResult", "produce_dataset"]
@@ -118,7 +119,7 @@ def produce_dataset(
     if cluster and store.is_private:
         raise DatasetError(f"{store}: the workers of a cluster cannot write there")
     refuse_other_files(store)
-    with store.locked(), empty_folder(_scratch(store)) as scratch:
+    with store.locked(partial(_tell, progress)), _scratch(store) as scratch:
         shared = store.path if isinstance(store, FolderStore) else None
         log = scratch / "workers.log"
         manifest = new_manifest(store, request, command, licence)
@@ -135,6 +136,7 @@ def produce_dataset(
         for path, chunks in index_files(store, manifest):
             put_text(store, path, chunks, scratch)
         if work.failed and log.exists():  # it tells more than one line
+            shorten(log)
             store.put({"workers.log": log})
         manifest["sequences"] = len(Entries(store))
         manifest["productions"][-1] |= {"finished": True, "lost": work.failed}
@@ -211,11 +213,17 @@ class _ProductionState:
             self.progress(done + sum(running.values()), len(self.request), title)
 
 
-def _scratch(store: Store) -> Path:
-    """Return the folder of temporary files: in the data set, if that is local."""
+@contextlib.contextmanager
+def _scratch(store: Store) -> Iterator[Path]:
+    """Yield a folder for temporary files: in the data set, if that is local."""
     if isinstance(store, FolderStore):
-        return store.path / ".scratch"
-    if store.is_private:  # other processes may use the same name
-        return Path(tempfile.mkdtemp(prefix="simbench-"))
-    name = f"simbench-{os.getuid()}-{digest_of(str(store))[:12]}"
-    return Path(tempfile.gettempdir()) / name
+        with empty_folder(store.path / ".scratch") as folder:
+            yield folder
+    else:
+        with scratch_folder("production-") as name:
+            yield Path(name)
+
+
+def _tell(progress: Progress | None, line: str) -> None:
+    if progress is not None:
+        progress(0.0, 1.0, line)
