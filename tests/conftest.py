@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 
 from simbench.core.sequence import Sequence
 from tests.tiny_sequence import tiny_sequence
@@ -13,6 +14,12 @@ from tests.tiny_sequence import tiny_sequence
 if "PYTEST_XDIST_WORKER" in os.environ:
     # Mesa's threads help one process, and get in the way of several
     os.environ.setdefault("LP_NUM_THREADS", "0")
+
+# what a test is to show holds on a busy machine too
+settings.register_profile(
+    "simbench", deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("simbench")
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ def opened(browser: Browser, report: Path, width: int) -> Iterator[Page]:
     context = browser.new_context(
         viewport={"width": width, "height": 900}, offline=True
     )
+    context.set_default_timeout(120_000)  # ms, for a busy machine
     page = context.new_page()
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.on(
@@ -35,7 +36,7 @@ def opened(browser: Browser, report: Path, width: int) -> Iterator[Page]:
         ),
     )
     page.goto(report.as_uri())
-    page.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
+    page.wait_for_selector("html[data-ready]", state="attached")
     yield page
     context.close()
     assert errors == []

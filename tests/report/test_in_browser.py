@@ -77,7 +77,10 @@ def test_player_shows_the_picture_and_the_boxes(page: Page) -> None:
 def test_player_advances_only_after_play_is_pressed(page: Page) -> None:
     canvas = page.locator("[data-player] canvas")
     page.locator("[data-scrub]").fill("0")
-    page.wait_for_timeout(300)
+    page.wait_for_function(
+        "document.querySelector('[data-player] canvas').dataset.frame === '0'"
+    )
+    page.wait_for_timeout(300)  # in which it would play on
     assert canvas.get_attribute("data-frame") == "0"
     page.get_by_role("button", name="Play").click()
     page.wait_for_function(

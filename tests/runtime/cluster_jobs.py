@@ -16,7 +16,9 @@ def begin_then_write(
     seconds: float, begun: Path, late: Path, report: ReportProgress
 ) -> None:
     """Write in a file that it began and in which process, and later another file."""
-    begun.write_text(f"{os.getpid()} {os.getppid()}")
+    unfinished = begun.with_suffix(".unfinished")
+    unfinished.write_text(f"{os.getpid()} {os.getppid()}")
+    unfinished.replace(begun)
     time.sleep(seconds)
     late.write_text("still here")
 

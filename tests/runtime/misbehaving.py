@@ -76,6 +76,15 @@ class Slow(Walk):
         return super().update(frame)
 
 
+class Waits(Walk):
+    """Does nothing until there is a file that the environment names."""
+
+    def update(self, frame: Frame) -> Estimate:
+        while not Path(os.environ["SIMBENCH_TEST_GO"]).exists():
+            time.sleep(0.05)
+        return super().update(frame)
+
+
 def answer(value: int, report: ReportProgress) -> int:
     report(1, 2)
     return value
@@ -113,6 +122,16 @@ def hang(report: ReportProgress) -> None:
     time.sleep(3600)
 
 
-def sleep_then_write(seconds: float, path: Path, report: ReportProgress) -> None:
-    time.sleep(seconds)
-    path.write_text("still here")
+def tell_and_hang(path: Path, report: ReportProgress) -> None:
+    """Hang, once a file names this process."""
+    unfinished = path.with_suffix(".unfinished")
+    unfinished.write_text(str(os.getpid()))
+    unfinished.replace(path)
+    time.sleep(3600)
+
+
+class HangsWhenLoaded:
+    """An argument that a process needs an hour to unpickle."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return time.sleep, (3600,)

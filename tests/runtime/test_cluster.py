@@ -8,9 +8,9 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from simbench.trackers.find_tracker import find_tracker
 from tests.generation.dataset.small_recipe import small_recipe
 from tests.generation.dataset.test_produce import content
 from tests.runtime import cluster_jobs, misbehaving
+from tests.runtime.test_pool import is_gone, wait_until
 
 ROOT = Path(__file__).parents[2]
 LIMIT_S = 120.0
@@ -52,14 +53,28 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             )
             for command in commands
         ]
-    limit = time.monotonic() + LIMIT_S
-    while not facts.exists():
-        assert time.monotonic() < limit, (folder / "log").read_text()
-        time.sleep(0.1)
-    yield json.loads(facts.read_text())["address"]
+    with pytest.MonkeyPatch.context() as patch:  # a busy machine answers late
+        patch.setattr(clusters, "_CONNECT_S", LIMIT_S)
+        address = address_in(facts)
+        with Client(address, timeout=LIMIT_S, set_as_default=False) as client:
+            client.wait_for_workers(2, LIMIT_S)
+        yield address
     for process in reversed(processes):
         process.terminate()
         process.wait(LIMIT_S)
+
+
+def address_in(facts: Path) -> str:
+    """Wait until a scheduler has written its address."""
+
+    def address() -> str:
+        try:
+            return str(json.loads(facts.read_text())["address"])
+        except (OSError, ValueError):  # not there, or half written
+            return ""
+
+    wait_until(lambda: bool(address()))
+    return address()
 
 
 def job(function: Any, *arguments: Any, limit_s: float = 60.0) -> Job:
@@ -75,13 +90,6 @@ def outcome(crew: Cluster, *jobs: Job) -> dict[str, tuple[str, Any]]:
             crew.start(waiting.pop(0))
         ended += crew.events(within_s=0.2)
     return {event.job.name: (event.kind, event.value) for event in ended}
-
-
-def wait_for(path: Path) -> None:
-    limit = time.monotonic() + LIMIT_S
-    while not path.exists():
-        assert time.monotonic() < limit
-        time.sleep(0.05)
 
 
 def test_jobs_end_on_a_cluster_as_they_do_here(address: str) -> None:
@@ -184,8 +192,11 @@ def test_job_that_its_workers_were_lost_with_is_lost(address: str) -> None:
         pytest.param("foo://a:1", id="unknown transport"),
     ],
 )
-@pytest.mark.timeout(60)  # left to itself, Dask tries for minutes
-def test_scheduler_that_is_not_there_is_one_line(nowhere: str) -> None:
+@pytest.mark.timeout(120)  # left to itself, Dask tries for minutes
+def test_scheduler_that_is_not_there_is_one_line(
+    nowhere: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clusters, "_CONNECT_S", 5.0)
     with pytest.raises(SimbenchError, match="no Dask scheduler answers") as caught:
         with Cluster(nowhere):
             pass
@@ -204,9 +215,11 @@ def test_cluster_can_be_used_from_a_notebook(address: str) -> None:
 def test_leaving_the_block_ends_what_is_under_way(address: str, tmp_path: Path) -> None:
     begun, late = tmp_path / "begun", tmp_path / "late"
     with Cluster(address) as crew:
-        crew.start(job(cluster_jobs.begin_then_write, 5.0, begun, late))
-        wait_for(begun)
-    time.sleep(7.0)
+        work = job(cluster_jobs.begin_then_write, 3600.0, begun, late, limit_s=3600.0)
+        crew.start(work)
+        wait_until(begun.exists)
+    begun.write_text(begun.read_text().split()[0])
+    wait_until(partial(is_gone, begun))
     assert not late.exists()
 
 
@@ -215,11 +228,11 @@ def test_job_of_a_lost_worker_is_done_by_another(address: str, tmp_path: Path) -
     begun, late = tmp_path / "begun", tmp_path / "late"
     with Cluster(address) as crew:
         crew.start(job(cluster_jobs.begin_then_write, 5.0, begun, late))
-        wait_for(begun)
+        wait_until(begun.exists)  # within these 5 s the worker is killed
         child, worker = map(int, begun.read_text().split())
         os.kill(worker, signal.SIGKILL)
         begun.unlink()
-        wait_for(begun)
+        wait_until(begun.exists)
         assert begun.read_text().split()[0] != str(child)
         assert outcome(crew) == {"begin_then_write": ("done", None)}
     assert late.exists()
@@ -233,9 +246,8 @@ def test_scheduler_that_goes_away_is_one_line(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     scheduler = subprocess.Popen([*dask, "scheduler", "--port", "0", *here])
     worker = subprocess.Popen([*dask, "worker", *here], env=environment)
-    wait_for(facts)
     try:
-        address = json.loads(facts.read_text())["address"]
+        address = address_in(facts)
         with Cluster(address) as crew:
             crew.start(job(misbehaving.hang))
             scheduler.kill()

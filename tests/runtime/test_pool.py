@@ -7,7 +7,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from simbench.runtime.pool import Job, JobEvent, WorkerPool
 from tests.runtime import misbehaving
 
 ROOT = Path(__file__).parents[2]
+PATIENT_S = 120.0
 
 
 @pytest.fixture(autouse=True)
@@ -29,6 +31,23 @@ def _tests_importable(monkeypatch: pytest.MonkeyPatch) -> None:
 def crew(tmp_path: Path) -> Iterator[WorkerPool]:
     with WorkerPool(2, {"SIMBENCH_TEST": "seen"}, tmp_path / "log") as crew:
         yield crew
+
+
+def wait_until(is_so: Callable[[], bool]) -> None:
+    """Wait for a condition that comes true by itself, on a busy machine too."""
+    limit = time.monotonic() + PATIENT_S
+    while not is_so():
+        assert time.monotonic() < limit
+        time.sleep(0.02)
+
+
+def is_gone(told: Path) -> bool:
+    """Whether the process that a file names has ended."""
+    try:
+        stat = Path(f"/proc/{told.read_text()}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+    return stat.rpartition(")")[2].split()[0] == "Z"
 
 
 def job(function: Any, *arguments: Any, limit_s: float = 60.0, kind: str = "a") -> Job:
@@ -96,8 +115,8 @@ def test_job_whose_process_does_not_start_in_time_is_lost(
     crew: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(workers, "_START_LIMIT_S", 0.0)
-    crew.start(job(misbehaving.answer, 7))
-    (event,) = crew.events(within_s=0.0)  # no process starts as fast
+    crew.start(job(misbehaving.answer, misbehaving.HangsWhenLoaded()))
+    (event,) = crew.events(within_s=0.0)
     late = "its process did not start within 0 s"
     assert (event.kind, event.value) == ("lost", late)
 
@@ -168,28 +187,27 @@ def test_traceback_of_a_failed_job_is_in_the_log(
 
 
 def test_leaving_the_block_ends_a_worker_at_work(tmp_path: Path) -> None:
-    late = tmp_path / "late"
+    told = tmp_path / "told"
     with WorkerPool(1, {}, tmp_path / "log") as crew:
-        crew.start(job(misbehaving.sleep_then_write, 1.0, late))
-        list(crew.events(within_s=30.0))  # until it has started
-    time.sleep(1.5)
-    assert not late.exists()
+        crew.start(job(misbehaving.tell_and_hang, told))
+        wait_until(told.exists)
+    wait_until(partial(is_gone, told))
 
 
 def test_workers_die_with_a_parent_that_is_killed(tmp_path: Path) -> None:
-    late = tmp_path / "late"
+    told = tmp_path / "told"
     program = f"""
 import os, pathlib, signal, sys
 sys.path.insert(0, {str(ROOT)!r})
 from simbench.runtime.pool import WorkerPool, Job
 from tests.runtime import misbehaving
+from tests.runtime.test_pool import wait_until
 with WorkerPool(1, {{}}, pathlib.Path({str(tmp_path / "log")!r})) as crew:
-    late = pathlib.Path({str(late)!r})
-    crew.start(Job("x", "a", misbehaving.sleep_then_write, (1.0, late), 60.0))
-    list(crew.events(within_s=30.0))
+    told = pathlib.Path({str(told)!r})
+    crew.start(Job("x", "a", misbehaving.tell_and_hang, (told,), 3600.0))
+    wait_until(told.exists)
     os.kill(os.getpid(), signal.SIGKILL)
 """
     done = subprocess.run([sys.executable, "-c", program], check=False)
     assert done.returncode == -9
-    time.sleep(1.5)
-    assert not late.exists()
+    wait_until(partial(is_gone, told))
