@@ -21,6 +21,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import json
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -186,10 +187,15 @@ def own_folders(name: str, paths: Iterable[str]) -> list[str]:
 
 
 def _is_disk_fault(error: BaseException | None) -> bool:
-    """Whether the cause is a full or failing disk, which would fail every sequence."""
+    """Whether the cause is a full or failing disk, which would fail every sequence.
+
+    Of a fault in a child process, such as SUMO's, only the text is known.
+    """
     seen: list[BaseException] = []
     while error is not None and error not in seen:  # one may be its own cause
         if isinstance(error, OSError) and error.errno in _DISK_FAULTS:
+            return True
+        if any(os.strerror(number) in str(error) for number in _DISK_FAULTS):
             return True
         seen.append(error)
         error = error.__cause__ or error.__context__

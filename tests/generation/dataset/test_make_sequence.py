@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from simbench.core.errors import DatasetError, ScenarioError
+from simbench.core.errors import DatasetError, ScenarioError, TrafficError
 from simbench.datasets.store import FolderStore
 from simbench.generation.dataset import make_sequence as module
 from simbench.generation.dataset.make_sequence import (
@@ -172,6 +172,11 @@ def _fails(error: Exception) -> None:
         pytest.param(OSError(errno.EDQUOT, "quota"), "stop", id="full quota"),
         pytest.param(OSError(errno.EROFS, "read-only"), "stop", id="read-only"),
         pytest.param(OSError(errno.EIO, "broken"), "stop", id="broken disk"),
+        pytest.param(
+            TrafficError("SUMO refused: OSError: [Errno 28] No space left on device"),
+            "stop",
+            id="full disk in a child process",
+        ),
         pytest.param(OSError(errno.ENAMETOOLONG, "long"), "failed", id="name"),
         pytest.param(ScenarioError("no such lane"), "failed", id="scenario"),
     ],
