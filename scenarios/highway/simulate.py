@@ -6,7 +6,6 @@ import json
 import logging
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import TrafficError
 from simbench.core.trajectories import Trajectories
+from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.kinematics import STEP_S, road_trajectories
@@ -165,7 +165,7 @@ def run_sumo(module: str, request: dict[str, Any]) -> dict[str, NDArray[Any]]:
     TrafficError
         With SUMO's own message, if it refuses, crashes or does not come to an end.
     """
-    with tempfile.TemporaryDirectory(prefix="simbench-traffic-") as folder:
+    with scratch_folder("traffic-") as folder:
         answer = Path(folder) / "recording.npz"
         # -P: a random.py in the user's directory must not replace the standard one
         program = [sys.executable, "-P", "-m", module, str(answer)]

@@ -15,7 +15,6 @@ import math
 import os
 import signal
 import sys
-import tempfile
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +24,7 @@ import libsumo
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.kinematics import STEP_S
 from simbench.scenarios.highway.sumo_files import network_xml, sides_of, types_xml
@@ -85,7 +85,7 @@ def _simulate(request: dict[str, Any]) -> dict[str, Any]:
         "collision.action": "warn",
         "time-to-teleport": -1,
     }
-    with tempfile.TemporaryDirectory(prefix="simbench-sumo-") as folder:
+    with scratch_folder("sumo-") as folder:
         os.chdir(folder)  # SUMO reads a comma in a path as the start of another
         Path(options["net-file"]).write_text(network_xml(request))
         Path(options["route-files"]).write_text(types_xml(request))

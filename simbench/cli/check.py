@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -72,10 +71,11 @@ def check(
 def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
     from simbench.experiments.grid import run_request
     from simbench.experiments.run_folder import RunFolder
+    from simbench.runtime.scratch import scratch_folder
     from simbench.runtime.versions import core_count
 
     with (
-        tempfile.TemporaryDirectory(prefix="simbench-check-") as folder,
+        scratch_folder("check-") as folder,
         progress_bar(console, "nothing was written") as progress,
     ):
         scores, sequences = run_request(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from simbench.evaluation.sweep_scores import SweepScores
 from simbench.experiments.request import Request, sweep_request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.runtime.run_jobs import Progress
+from simbench.runtime.scratch import scratch_folder
 from simbench.runtime.versions import core_count
 from simbench.scenarios.files.loading import load_variants
 from simbench.scenarios.schema import Scenario
@@ -181,7 +181,7 @@ def _run(
     progress: Progress | None,
     keep_sequences: bool = False,
 ) -> RunResult:
-    with tempfile.TemporaryDirectory(prefix="simbench-run-") as temporary:
+    with scratch_folder("run-") as temporary:
         return run_experiment(
             request,
             Path(out or temporary),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from simbench.runtime.limits import environment
 from simbench.runtime.pool import Job, JobEvent, Pool, WorkerPool
+from simbench.runtime.scratch import scratch_folder
 
 __all__ = ["Progress", "run_all", "run_jobs"]
 
@@ -88,7 +88,7 @@ def run_all(
         The last event of each job.
     """
     ended: dict[Any, JobEvent] = {}
-    with tempfile.TemporaryDirectory(prefix="simbench-jobs-") as temporary:
+    with scratch_folder("jobs-") as temporary:
         scratch = Path(temporary)
         waiting = iter(make_jobs(scratch))
         log = scratch / "workers.log"
