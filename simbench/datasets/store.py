@@ -41,8 +41,15 @@ def open_store(place: str) -> Store:
     Raises
     ------
     DatasetError
-        If there is no driver for the URL, or the driver cannot open it.
+        If there is no driver for the URL, or the driver cannot open it; or if a name
+        is not UTF-8, or has a NUL, which not all files of a data set can have.
     """
+    try:
+        is_text = "\0" not in place and bool(place.encode())
+    except UnicodeEncodeError:
+        is_text = False
+    if not is_text:
+        raise DatasetError(f"{place!a}: expected a folder or URL named in UTF-8")
     if "://" not in place and "::" not in place:
         return FolderStore(Path(place))
     if not all(link.partition("://")[0] for link in place.split("::")):

@@ -135,6 +135,14 @@ def test_file_of_another_disk_is_copied(
         pytest.param("::", "expected a folder, or a URL", id="no links"),
         pytest.param("simplecache::", "expected a folder, or a URL", id="half a chain"),
         pytest.param("/proc/nowhere", "/proc/nowhere", id="folder that cannot be"),
+        pytest.param(
+            "out-\udcff", r"'out-.udcff': expected a folder or URL", id="not UTF-8"
+        ),
+        pytest.param(
+            "s3://b/\udcff", r"udcff': expected a folder or URL", id="URL not UTF-8"
+        ),
+        pytest.param("out\0", r"'out.x00': expected a folder or URL", id="NUL"),
+        pytest.param("", "'': expected a folder or URL", id="empty"),
     ],
 )
 def test_unusable_place_is_refused_in_one_line(place: str, words: str) -> None:
