@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from simbench.core.text import printable
+
 __all__ = [
     "DatasetError",
     "RenderError",
@@ -40,16 +42,18 @@ class DatasetError(SimbenchError):
 
 
 def one_line(error: BaseException) -> str:
-    r"""Return an exception as one line of at most 300 characters: type and text.
+    r"""Return an exception as one printable line of at most 300 characters.
+
+    It holds type and text, the latter as `simbench.core.text.printable` shows it.
 
     Examples
     --------
     >>> one_line(ValueError("no target\n  in sight"))
     'ValueError: no target in sight'
     """
-    name = type(error).__name__
+    name = printable(type(error).__name__)
     try:
-        text = " ".join(str(error).split())
+        text = printable(" ".join(str(error).split()))
     except KeyboardInterrupt:
         raise
     except BaseException:  # third-party code makes the text and may fail too

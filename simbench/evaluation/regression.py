@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 import pandas as pd
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.text import printable
 from simbench.evaluation.baseline import (
     MEASURES,
     USAGE,
@@ -124,7 +125,7 @@ def write_junit(
     listed = list(checks)
     root = ElementTree.Element(
         "testsuite",
-        name=suite,
+        name=printable(suite),
         tests=str(len(listed)),
         failures=str(sum(not check.passed for check in listed)),
         errors="0",
@@ -133,15 +134,15 @@ def write_junit(
         case = ElementTree.SubElement(
             root,
             "testcase",
-            classname=f"{suite}.{_scenario(check)}",
-            name=f"{check.tracker}: {check.measure}",
+            classname=printable(f"{suite}.{_scenario(check)}"),
+            name=printable(f"{check.tracker}: {check.measure}"),
         )
         if not check.passed:
             ElementTree.SubElement(
-                case, "failure", type=check.verdict, message=_printable(check.message)
+                case, "failure", type=check.verdict, message=printable(check.message)
             )
         elif check.verdict != "ok":
-            ElementTree.SubElement(case, "system-out").text = _printable(check.message)
+            ElementTree.SubElement(case, "system-out").text = printable(check.message)
     ElementTree.indent(root)
     document = ElementTree.ElementTree(root)
     with atomic_write(path) as temporary:
@@ -214,11 +215,6 @@ def _row_check(row: BaselineRow, verdict: Verdict, message: str) -> Check:
     nan = float("nan")
     text = f"{_label(row)}: {message}"
     return Check(*row.name, "run", nan, nan, nan, verdict, text)
-
-
-def _printable(text: str) -> str:
-    """Drop characters invalid in XML: a tracker's message may have escape codes."""
-    return "".join(letter for letter in text if letter.isprintable())
 
 
 def _label(row: BaselineRow) -> str:

@@ -310,14 +310,18 @@ def test_junit_has_one_case_per_check_and_one_failure_per_failed_check(
     assert case.find("failure") is not None
 
 
-def test_junit_drops_escape_codes_in_a_trackers_message(tmp_path: Path) -> None:
+def test_junit_shows_control_characters_as_escapes(tmp_path: Path) -> None:
     nan = float("nan")
     message = "poles: \x1b[31mred & <worse>\x00"
-    check = Check("poles", "", "mine", "run", nan, nan, nan, "worse", message)
+    check = Check("po\x0bles", "", "my\x1b", "run", nan, nan, nan, "worse", message)
     write_junit(tmp_path / "junit.xml", [check])
-    failure = ElementTree.parse(tmp_path / "junit.xml").getroot().find(".//failure")
+    case = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testcase")
+    assert case is not None
+    assert case.get("classname") == "simbench.po les"
+    assert case.get("name") == r"my\x1b: run"
+    failure = case.find("failure")
     assert failure is not None
-    assert failure.get("message") == "poles: [31mred & <worse>"
+    assert failure.get("message") == r"poles: \x1b[31mred & <worse>\x00"
 
 
 def test_table_rows_match_the_headings() -> None:

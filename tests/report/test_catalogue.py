@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from simbench.cli import execute
 from simbench.core.errors import DatasetError
+from simbench.report.catalogue.entry import Entry, EntryRequest
 from simbench.report.catalogue.page import write_catalogue
 from tests.blind_scenario import blind_smoke
 from tests.scenarios.small_scenario import small_scenario
@@ -128,3 +129,14 @@ def test_catalogue_of_an_unknown_scenario_is_a_one_line_error(
 def test_catalogue_names_the_file_that_cannot_be_written() -> None:
     with pytest.raises(DatasetError, match=r"/proc/no\.html: cannot be written"):
         write_catalogue([], [], Path("/proc/no.html"))
+
+
+def test_page_shows_control_characters_and_lone_surrogates_as_escapes(
+    tmp_path: Path,
+) -> None:
+    request = EntryRequest("./odd.yaml", {"name": "odd"}, "not \x1b[31m \ud800", 0)
+    entry = Entry(request, problem="not \x1b[31m \ud800")
+    write_catalogue([entry], [[]], tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert r"not \x1b[31m \ud800" in page
+    assert "\x1b" not in page
