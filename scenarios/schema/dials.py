@@ -24,7 +24,9 @@ class Occlusion(StrictModel):
         le=2000,
         description="Frames of one occlusion with more than half its peak hidden.",
     )
-    count: int | None = Field(default=None, ge=0, le=20, description="Occlusions.")
+    count: int | None = Field(
+        default=None, ge=0, le=20, description="Number of occlusions."
+    )
     by: Literal["pole", "tree", "gantry", "vehicle", "sign"] | None = Field(
         default=None,
         description="Occluder; null: a sign if frames is given, else what the scenario "
@@ -41,7 +43,7 @@ class Occlusion(StrictModel):
 class Distractors(StrictModel):
     """Distractors: vehicles of the target's class and colour that pass it."""
 
-    count: int = Field(default=1, ge=0, le=6)
+    count: int = Field(default=1, ge=0, le=6, description="Number of distractors.")
     gap_px: float | None = Field(
         default=None,
         ge=0,
@@ -66,8 +68,18 @@ class Dials(StrictModel):
     illumination: float | None = Field(
         default=None, gt=0, le=20, description="Light of the scene; 1: unchanged."
     )
-    vibration_px: float | None = Field(default=None, ge=0, le=50)
-    noise: float | None = Field(default=None, ge=0, le=0.5)
+    vibration_px: float | None = Field(
+        default=None,
+        ge=0,
+        le=50,
+        description="Standard deviation of the camera's shake.",
+    )
+    noise: float | None = Field(
+        default=None,
+        ge=0,
+        le=0.5,
+        description="Of the sensor, at full scale, of full scale.",
+    )
     frame_rate_hz: float | None = Field(
         default=None,
         gt=0.05,
@@ -78,10 +90,13 @@ class Dials(StrictModel):
         default=None,
         ge=64,
         le=3840,
+        json_schema_extra={"unit": "px"},
         description="Width of the picture in px; vibration and wander in px scale with "
         "it, blur_px does not.",
     )
-    jpeg_quality: int | None = Field(default=None, ge=1, le=100)
+    jpeg_quality: int | None = Field(
+        default=None, ge=1, le=100, description="JPEG; 100: hardly any artefacts."
+    )
 
     def flat(self) -> dict[str, float]:
         """Return the requested numbers by dotted name."""
