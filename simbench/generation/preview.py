@@ -1,27 +1,46 @@
-"""Preview of a scenario: one frame with its ground truth drawn in, as PNG."""
+"""Previews of a scenario: a frame as PNG or all as video, the ground truth drawn in."""
 
 from __future__ import annotations
 
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import ScenarioError
+from simbench.core.errors import DatasetError, ScenarioError
 from simbench.core.sequence import Truth
+from simbench.datasets.native import FrameFolder, write_frame
 from simbench.generation.attempts import render_in_view
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["draw_truth", "write_preview"]
+__all__ = ["draw_truth", "write_preview", "write_video"]
 
 _TARGET = (255, 64, 32)
 _OTHERS = (64, 200, 255)
+_CODECS: Final = {".mp4": "mp4v", ".avi": "MJPG"}  # by suffix, the preferred first
 
 
-def write_preview(scenario: Scenario, seed: int, frame: int, path: Path) -> None:
+def write_preview(
+    scenario: Scenario, seed: int, frame: int, path: Path, *, plain: bool = False
+) -> None:
     """Render a scenario up to ``frame`` and write that frame with truth as PNG.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed : int
+    frame : int
+        0-based.
+    path : Path
+    plain : bool
+        Leave out the truth.
 
     Raises
     ------
@@ -32,7 +51,7 @@ def write_preview(scenario: Scenario, seed: int, frame: int, path: Path) -> None
     """
     if frame >= scenario.frames:
         raise ScenarioError(
-            f"{scenario.name}: frame must be below {scenario.frames}, got {frame}"
+            f"{scenario.full_name}: frame must be below {scenario.frames}, got {frame}"
         )
     last: list[NDArray[np.uint8]] = []
 
@@ -40,10 +59,106 @@ def write_preview(scenario: Scenario, seed: int, frame: int, path: Path) -> None
         last[:] = [image]
 
     _, truth = render_in_view(scenario, seed, keep, frames=frame + 1)
-    preview = draw_truth(last[0], truth, frame)
+    preview = last[0] if plain else draw_truth(last[0], truth, frame)
     _, encoded = cv2.imencode(".png", preview[..., ::-1])
     with atomic_write(path) as temporary:
         temporary.write_bytes(encoded.data)
+
+
+def write_video(
+    scenario: Scenario,
+    seed: int,
+    path: Path,
+    *,
+    plain: bool = False,
+    replace: bool = False,
+    progress: Callable[[float, float, str], None] | None = None,
+) -> Path:
+    """Render a scenario and write all of its frames as a video.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed : int
+    path : Path
+        Ends in ``.mp4`` (codec mp4v) or ``.avi`` (MJPG). Where OpenCV has no mp4v, an
+        ``.avi`` is written instead.
+    plain : bool
+        Leave out the truth.
+    replace : bool
+        Overwrite an existing file.
+    progress : callable of (done, total, title), optional
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    DatasetError
+        If the suffix is another, the file exists, it cannot be written, or OpenCV has
+        no codec. All but the writing is found before anything is rendered.
+    """
+    path = _writable_video(path)
+    if path.exists() and not replace:
+        raise DatasetError(f"{path}: exists: pass --replace to overwrite it")
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress(done, total, f"rendering {scenario.full_name}")
+
+    with tempfile.TemporaryDirectory(prefix="simbench-video-") as folder:
+        keep = partial(write_frame, Path(folder))
+        stage, truth = render_in_view(scenario, seed, keep, progress=report)
+        frames = FrameFolder(Path(folder), stage.trajectories.times)
+
+        def images() -> Iterator[NDArray[np.uint8]]:
+            for index, frame in enumerate(frames):
+                image = frame.image
+                yield image if plain else draw_truth(image, truth, index)
+
+        video = Path(folder) / f"video{path.suffix}"
+        _encode(video, images(), 1.0 / scenario.imaging.interval_s)
+        with atomic_write(path) as temporary:
+            shutil.copyfile(video, temporary)
+    return path
+
+
+def _writable_video(path: Path) -> Path:
+    """Return the path, or one with another suffix, whose codec OpenCV has."""
+    suffix = path.suffix.lower()
+    if suffix not in _CODECS:
+        known = " or ".join(_CODECS)
+        raise DatasetError(f"{path}: expected a video {known}, got {suffix!r}")
+    with tempfile.TemporaryDirectory(prefix="simbench-codec-") as folder:
+        for each in (suffix, ".avi"):
+            trial = _writer(Path(folder) / f"trial{each}", 25.0, (64, 64))
+            if trial.isOpened():
+                trial.release()
+                return path.with_suffix(each)
+    codecs = " and ".join(dict.fromkeys([_CODECS[suffix], _CODECS[".avi"]]))
+    raise DatasetError(
+        f"{path}: OpenCV {cv2.__version__} as installed cannot encode {codecs}: "
+        "install opencv-python-headless from PyPI"
+    )
+
+
+def _writer(path: Path, rate_hz: float, size: tuple[int, int]) -> cv2.VideoWriter:
+    code = cv2.VideoWriter.fourcc(*_CODECS[path.suffix])
+    return cv2.VideoWriter(str(path), code, rate_hz, size)
+
+
+def _encode(path: Path, images: Iterator[NDArray[np.uint8]], rate_hz: float) -> None:
+    writer: cv2.VideoWriter | None = None
+    for image in images:
+        height, width = image.shape[:2]
+        writer = writer or _writer(path, rate_hz, (width, height))
+        writer.write(np.ascontiguousarray(image[..., ::-1]))
+    if writer is not None:
+        writer.release()
+    if not path.is_file():
+        raise DatasetError(f"{path}: OpenCV wrote no video")
 
 
 def draw_truth(image: NDArray[np.uint8], truth: Truth, frame: int) -> NDArray[np.uint8]:
