@@ -20,7 +20,13 @@ from simbench.core.errors import TrackerError, one_line
 from simbench.core.tracker import Tracker
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
 
-__all__ = ["ENTRY_POINT_GROUP", "TrackerSpec", "find_tracker", "list_trackers"]
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "TrackerSpec",
+    "find_tracker",
+    "list_trackers",
+    "tracker_parameters",
+]
 
 ENTRY_POINT_GROUP = "simbench.trackers"
 _OPENCV_PREFIX = "opencv:"
@@ -155,6 +161,27 @@ def list_trackers() -> dict[str, str]:
     for name in opencv_tracker_names():
         descriptions[_OPENCV_PREFIX + name] = f"OpenCV's {name}, default parameters."
     return descriptions
+
+
+def tracker_parameters(name: str) -> dict[str, Any]:
+    """Return the keyword parameters of a tracker with their defaults.
+
+    Parameters
+    ----------
+    name : str
+        Of a `TrackerSpec`.
+
+    Raises
+    ------
+    TrackerError
+        If the tracker cannot be loaded.
+
+    Examples
+    --------
+    >>> tracker_parameters("still")
+    {}
+    """
+    return _accepted_parameters(_factory(name))
 
 
 def _own_docstring(entry: EntryPoint) -> str | None:
