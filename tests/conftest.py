@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -20,6 +21,13 @@ settings.register_profile(
     "simbench", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("simbench")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _leave_the_users_cache_alone() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("simbench.cli.time_left.seconds_file", lambda: None)
+        yield
 
 
 @pytest.fixture

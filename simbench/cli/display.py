@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskProgressColumn,
-    TextColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
+from rich.text import Text
+
+from simbench.cli.time_left import TimeLeft, duration
+from simbench.core.text import printable
 
 if TYPE_CHECKING:
     from simbench.evaluation.scores import Scores
     from simbench.runtime.run_jobs import Progress as ReportProgress
 
 __all__ = [
+    "SCORE_COLUMNS",
     "interruptible",
     "print_line",
     "print_table",
@@ -32,7 +31,16 @@ __all__ = [
 ]
 
 _LINE_EVERY_S = 15.0
-_LEAST_SHARE = 0.02  # of the work done, before the time left is estimated
+
+SCORE_COLUMNS: Final = {
+    "precision_20": ("precision", "{:.3f}"),
+    "success_50": ("success", "{:.3f}"),
+    "success_auc": ("area", "{:.3f}"),
+    "center_error_px": ("error", "{:.1f}"),
+    "particles_mean": ("particles", "{:.0f}"),
+    "fps": ("fps", "{:.0f}"),
+}
+"""Measures of the score table, with their headings and number formats."""
 
 _TABLE: Final[dict[str, Any]] = {
     "box": SIMPLE_HEAD,
@@ -43,7 +51,9 @@ _TABLE: Final[dict[str, Any]] = {
 
 
 @contextmanager
-def progress_bar(console: Console, hint: str) -> Iterator[ReportProgress]:
+def progress_bar(
+    console: Console, hint: str, kind: str = "run", units: float | None = None
+) -> Iterator[ReportProgress]:
     """Yield a function to call with work done, total work and the current task.
 
     On a terminal it moves a bar with the time left; elsewhere, as in a CI log, it
@@ -54,22 +64,19 @@ def progress_bar(console: Console, hint: str) -> Iterator[ReportProgress]:
     console : rich.console.Console
     hint : str
         See `interruptible`.
+    kind : str
+        Kind of work, whose speed is remembered for the next time.
+    units : float, optional
+        Size of the work, see `simbench.cli.time_left.TimeLeft`.
     """
+    time_left = TimeLeft(kind, units)
     with interruptible(hint):
-        if not console.is_terminal:
-            yield _progress_lines(console)
-            return
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TimeRemainingColumn(),
-        )
-        with Progress(*columns, console=console, transient=True) as bar:
-            row = bar.add_task("starting", total=None)
-            yield lambda done, total, task: bar.update(
-                row, completed=done, total=total, description=task
-            )
+        if console.is_terminal:
+            with _moving_bar(console, time_left) as report:
+                yield report
+        else:
+            yield _progress_lines(console, time_left)
+        time_left.remember()
 
 
 @contextmanager
@@ -80,7 +87,7 @@ def interruptible(hint: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        Console(stderr=True).print(f"simbench: stopped; {hint}", highlight=False)
+        print_line(Console(stderr=True), f"simbench: stopped; {hint}")
         raise typer.Exit(130) from None
 
 
@@ -88,64 +95,82 @@ def score_table(scores: Scores) -> Table:
     """Return means over seeds as a table, one row a scenario, variant and tracker."""
     from simbench.evaluation.statistics import summary
 
-    measures = {
-        "precision_20": ("precision", "{:.3f}"),
-        "success_50": ("success", "{:.3f}"),
-        "success_auc": ("area", "{:.3f}"),
-        "center_error_px": ("error", "{:.1f}"),
-        "particles_mean": ("particles", "{:.0f}"),
-        "fps": ("fps", "{:.0f}"),
-    }
     caption = (
         "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
         "success curve, error in px at the centre, particles per frame, frames/s"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
-    for title, _ in measures.values():
+    for title, _ in SCORE_COLUMNS.values():
         table.add_column(title, justify="right")
-    means = summary(scores.runs, list(measures))
+    means = summary(scores.runs, list(SCORE_COLUMNS))
     last = None
     for _, row in means.iterrows():
         name = "@".join(filter(None, (row["scenario"], row["variant"])))
         if last not in (None, name):
             table.add_section()
         last = name
-        cells = [_number(row[f"{m}.mean"], form) for m, (_, form) in measures.items()]
-        table.add_row(name, row["tracker"], *cells)
+        cells = [
+            _number(row[f"{measure}.mean"], form)
+            for measure, (_, form) in SCORE_COLUMNS.items()
+        ]
+        table.add_row(_cell(name), _cell(row["tracker"]), *cells)
     return table
 
 
 def print_table(
     console: Console, headings: Sequence[str], rows: Iterable[Sequence[str]]
 ) -> None:
-    """Print a plain table."""
+    """Print a plain table; a cell may have several lines."""
     table = Table(*headings, **_TABLE)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(_cell, row))
     console.print(table)
 
 
 def print_line(console: Console, text: str, style: str | None = None) -> None:
-    """Print text as it is: on one line, without markup or highlighting."""
-    console.print(text, style=style, highlight=False, markup=False, soft_wrap=True)
+    """Print text on one line, without markup or highlighting, see `printable`."""
+    line = Text(printable(text), style=style or "")
+    console.print(line, highlight=False, soft_wrap=True)
+
+
+def _cell(text: str) -> Text:
+    return Text(printable(text, lines=True))
 
 
 def _number(value: float, form: str) -> str:
     return "-" if math.isnan(value) else form.format(value)
 
 
-def _progress_lines(console: Console) -> ReportProgress:
-    start = time.monotonic()
-    last = start
+@contextmanager
+def _moving_bar(console: Console, time_left: TimeLeft) -> Iterator[ReportProgress]:
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[left]}", markup=False),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        row = bar.add_task("starting", total=None, left="")
+
+        def report(done: float, total: float, task: str) -> None:
+            left_s = time_left.update(done, total)
+            left = "" if left_s is None else f"{duration(left_s)} left"
+            title = printable(task)
+            bar.update(row, completed=done, total=total, description=title, left=left)
+
+        yield report
+
+
+def _progress_lines(console: Console, time_left: TimeLeft) -> ReportProgress:
+    last = time.monotonic()
 
     def report(done: float, total: float, task: str) -> None:
         nonlocal last
-        now = time.monotonic()
-        if now - last < _LINE_EVERY_S or not _LEAST_SHARE * total < done < total:
+        left_s, now = time_left.update(done, total), time.monotonic()
+        if now - last < _LINE_EVERY_S or left_s is None:
             return
         last = now
-        left_s = (now - start) * (total - done) / done
         share = f"{100 * done / total:3.0f} %"
-        print_line(console, f"{share}, about {left_s:.0f} s left; {task}")
+        print_line(console, f"{share}, about {duration(left_s)} left; {task}")
 
     return report
