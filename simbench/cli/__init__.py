@@ -7,6 +7,7 @@ the commands, so that ``simbench --help`` is fast.
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import sys
@@ -17,20 +18,22 @@ from typing import Annotated
 import typer
 
 from simbench import __version__
-from simbench.cli import catalogue, check, describe, generate, run, sweep, verify
+from simbench.cli import catalogue, check, describe, generate, run, show, sweep, verify
+from simbench.cli.bash_words import complete_in_bash, is_asked_by_bash
+from simbench.cli.mistakes import usage_mistake
 from simbench.core.errors import SimbenchError
+from simbench.core.text import printable
 
 __all__ = ["execute", "main"]
 
 logger = logging.getLogger(__name__)
 
 BAD_INPUT = 2
+INTERRUPTED = 130
 
 app = typer.Typer(
     name="simbench",
     help="Simulate and render traffic, run vehicle trackers on it, and score them.",
-    no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -40,7 +43,7 @@ app.command("generate")(generate.generate)
 app.command("check")(check.check)
 app.command("report")(run.report)
 app.command("list")(describe.list_all)
-app.command("show")(generate.show)
+app.command("show")(show.show)
 app.command("catalogue")(catalogue.catalogue)
 app.command("verify")(verify.verify)
 app.command("doctor")(describe.doctor)
@@ -69,18 +72,34 @@ def _settings(
     ] = False,
 ) -> None:
     level = logging.DEBUG if debug else logging.WARNING
-    logging.basicConfig(level=level, format="%(levelname)s %(name)s: %(message)s")
+    handler = logging.StreamHandler()
+    handler.setFormatter(_PrintableFormatter("%(levelname)s %(name)s: %(message)s"))
+    logging.basicConfig(level=level, handlers=[handler])
     logging.getLogger("simbench").setLevel(level)
 
 
+class _PrintableFormatter(logging.Formatter):
+    """Formatter whose records and tracebacks cannot steer the terminal."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return printable(super().format(record), lines=True)
+
+
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command and return its exit status; an error is one line on stderr."""
+    """Run one command and return its exit status; an error is a line on stderr.
+
+    An error that names several mistakes is a line for each. Without arguments the help
+    is printed.
+    """
     try:
-        return app(list(arguments), prog_name="simbench", standalone_mode=False) or 0
+        given = [_require_text(argument) for argument in arguments] or ["--help"]
+        return app(given, prog_name="simbench", standalone_mode=False) or 0
     except SimbenchError as error:
-        return _report_error(str(error))
+        return _report_error(*str(error).splitlines())
     except typer.TyperException as error:
-        return _report_error(error.format_message())
+        return _report_error(usage_mistake(error, app))
+    except (KeyboardInterrupt, typer.Abort):
+        return _report_error("stopped", status=INTERRUPTED)
     except BrokenPipeError:  # the reader, such as head, has closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -91,12 +110,31 @@ def execute(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may know ASCII only
+            stream.reconfigure(errors="backslashreplace")
+    if is_asked_by_bash():
+        complete_in_bash(lambda: execute(sys.argv[1:]))
+        return
     # user trackers are modules in the working directory; last, so that none is hidden
     sys.path.append(str(Path.cwd()))
     sys.exit(execute(sys.argv[1:]))
 
 
-def _report_error(message: str) -> int:
+def _require_text(argument: str) -> str:
+    """Refuse bytes that are no text before any work: tables and JSON hold text only."""
+    try:
+        argument.encode()
+    except UnicodeEncodeError:
+        raise SimbenchError(
+            f"{argument}: expected an argument in UTF-8, got other bytes"
+        ) from None
+    return argument
+
+
+def _report_error(*lines: str, status: int = BAD_INPUT) -> int:
     logger.debug("the command failed:", exc_info=True)
-    print(f"simbench: {' '.join(message.split())}", file=sys.stderr)
-    return BAD_INPUT
+    for line in lines:
+        if line.strip():
+            print(f"simbench: {printable(line.strip())}", file=sys.stderr)
+    return status

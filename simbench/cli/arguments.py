@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.console import Console
 
+from simbench.cli.display import print_line
+from simbench.cli.names import complete_scenario, complete_trackers
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -26,6 +31,7 @@ __all__ = [
     "Seeds",
     "Timeout",
     "Trackers",
+    "most_frames",
     "recipes_from",
     "scenarios_from",
     "tracker_specs",
@@ -37,6 +43,7 @@ Names = Annotated[
     typer.Argument(
         metavar="SCENARIO...",
         help="Names from 'simbench list', NAME@VARIANT, NAME@all, or YAML files.",
+        autocompletion=complete_scenario,
     ),
 ]
 Seeds = Annotated[
@@ -60,7 +67,11 @@ Cluster = Annotated[
     ),
 ]
 Trackers = Annotated[
-    str, typer.Option(help="Comma-separated names; in full LABEL=NAME@PARAM=VALUE.")
+    str,
+    typer.Option(
+        help="Comma-separated names; in full LABEL=NAME@PARAM=VALUE.",
+        autocompletion=complete_trackers,
+    ),
 ]
 Repetitions = Annotated[
     int, typer.Option(min=1, help="Runs of each tracker on the same sequence.")
@@ -90,18 +101,62 @@ Frames = Annotated[
 
 
 def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
-    """Read scenarios whose values may be sampled, shortened to ``frames`` if given."""
+    """Read scenarios whose values may be sampled, shortened to ``frames`` if given.
+
+    Raises
+    ------
+    SimbenchError
+        If one cannot be read, or none has so many frames.
+    """
     from simbench.scenarios.files.recipe import load_recipes
 
-    return [recipe.shortened(frames) for name in names for recipe in load_recipes(name)]
+    recipes = [recipe for name in names for recipe in load_recipes(name)]
+    if frames is not None:
+        _require_long(frames, {one.label: most_frames(one) for one in recipes})
+    return [recipe.shortened(frames) for recipe in recipes]
+
+
+def most_frames(recipe: Recipe) -> int:
+    """Return the largest number of frames that a scenario of the recipe has."""
+    value = recipe.content.get("frames")
+    if isinstance(value, Mapping):
+        value = max(value.get("range") or value.get("choice") or (0,))
+    return min(int(value or 0), recipe.most_frames or sys.maxsize)
 
 
 def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]:
-    """Read scenarios with fixed values, shortened to ``frames`` if given."""
+    """Read scenarios with fixed values, shortened to ``frames`` if given.
+
+    Raises
+    ------
+    SimbenchError
+        As `recipes_from`.
+    """
     from simbench.scenarios.files.loading import load_variants
 
     found = [scenario for name in names for scenario in load_variants(name)]
-    return tuple(s if frames is None else s.shortened(frames) for s in found)
+    if frames is None:
+        return tuple(found)
+    _require_long(frames, {one.full_name: one.frames for one in found})
+    return tuple(scenario.shortened(frames) for scenario in found)
+
+
+def _require_long(frames: int, lengths: dict[str, int]) -> None:
+    """Refuse more frames than any scenario has, and name those that have fewer."""
+    longest = max(lengths, key=lambda name: lengths[name])
+    if frames > lengths[longest]:
+        raise SimbenchError(
+            f"--frames: expected at most {lengths[longest]}, the length of {longest}, "
+            f"got {frames}"
+        )
+    short = [f"{name} ({n})" for name, n in lengths.items() if n < frames]
+    if short:
+        more = f" and {len(short) - 3} more" if len(short) > 3 else ""
+        print_line(
+            Console(stderr=True),
+            f"simbench: note: --frames {frames} leaves shorter scenarios whole: "
+            f"{', '.join(short[:3])}{more}",
+        )
 
 
 def trackers_from(text: str) -> tuple[TrackerSpec, ...]:

@@ -48,8 +48,9 @@ def catalogue(
         [] if request.content.get("variant") else variants_of(request.source)
         for request in requests
     ]
+    frames = sum(request.frames for request in requests)
     console = Console()
-    with progress_bar(console, "nothing was written") as progress:
+    with progress_bar(console, "nothing was written", "catalogue", frames) as progress:
         entries = make_entries(requests, jobs=jobs or core_count(), progress=progress)
         write_catalogue(entries, variants, out)
     for entry in entries:

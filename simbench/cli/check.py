@@ -11,6 +11,7 @@ from rich.console import Console
 
 from simbench.cli.arguments import Jobs, tracker_specs, trackers_from
 from simbench.cli.display import print_line, print_table, progress_bar, score_table
+from simbench.cli.json_output import Json, check_facts, write_json
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def check(
         str, typer.Option(help="Only these, as for run: LABEL=NAME@PARAM=VALUE,...")
     ] = "",
     jobs: Jobs = None,
+    as_json: Json = False,
 ) -> None:
     """Run the suite in a baseline file and exit 1 if precision, success or usage fell.
 
@@ -46,6 +48,8 @@ def check(
     from simbench.experiments.regression_suite import DEFAULT_SUITE, Suite
 
     console = Console()
+    if update and as_json:
+        raise SimbenchError("--json prints a comparison, and --update makes none")
     if update and not reason.strip():
         raise SimbenchError('--update needs --reason "why the scores change"')
     known = Baseline.read(baseline) if baseline.exists() or not update else None
@@ -65,7 +69,7 @@ def check(
         earlier = known if trackers else None
         _update(baseline, earlier, new_suite, scores, reason, console)
     elif known is not None:
-        _compare(known, scores, junit, console)
+        _compare(known, scores, junit, None if as_json else console)
 
 
 def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
@@ -76,7 +80,7 @@ def _run(suite: Suite, jobs: int | None, console: Console) -> Scores:
 
     with (
         scratch_folder("check-") as folder,
-        progress_bar(console, "nothing was written") as progress,
+        progress_bar(console, "nothing was written", "check") as progress,
     ):
         scores, sequences = run_request(
             suite.request(),
@@ -112,15 +116,19 @@ def _update(
 
 
 def _compare(
-    baseline: Baseline, scores: Scores, junit: Path | None, console: Console
+    baseline: Baseline, scores: Scores, junit: Path | None, console: Console | None
 ) -> None:
+    """Print the comparison, as JSON without a console, and exit with status 0 or 1."""
     from simbench.evaluation import regression
 
     checks = regression.compare(baseline, scores)
-    print_table(console, regression.TABLE_HEADINGS, regression.table_rows(checks))
     if junit is not None:
         regression.write_junit(junit, checks)
     failed = [one for one in checks if not one.passed]
+    if console is None:
+        write_json("check", check_facts(checks))
+        raise typer.Exit(1 if failed else 0)
+    print_table(console, regression.TABLE_HEADINGS, regression.table_rows(checks))
     for one in failed:
         print_line(console, one.message, "red")
     print_line(console, f"{len(failed)} of {len(checks)} checks failed")

@@ -1,17 +1,30 @@
-"""The commands ``generate`` and ``show``, which render scenarios."""
+"""The command ``generate``: data sets of rendered sequences."""
 
 from __future__ import annotations
 
 import shlex
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from simbench.cli.arguments import Cluster, Frames, Jobs, Names, recipes_from
-from simbench.cli.display import interruptible, print_line, progress_bar
+from simbench.cli.arguments import (
+    Cluster,
+    Frames,
+    Jobs,
+    Names,
+    most_frames,
+    recipes_from,
+)
+from simbench.cli.display import print_line, progress_bar
+from simbench.cli.names import (
+    CHANNELS,
+    FORMATS,
+    complete_channels,
+    complete_format,
+    require_name,
+)
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -19,7 +32,7 @@ if TYPE_CHECKING:
     from simbench.generation.dataset.request import DatasetRequest, SeededRecipe
     from simbench.scenarios.files.recipe import Recipe
 
-__all__ = ["generate", "show"]
+__all__ = ["generate"]
 
 MOST = 1_000_000
 _MOST_LINES = 20  # of failures, which dataset.json lists all
@@ -47,7 +60,8 @@ def generate(
         str,
         typer.Option(
             "--format",
-            help="native, got10k, vot, otb, mot17, davis, youtube-vis or coco.",
+            help=f"One of {', '.join(FORMATS)}; see 'simbench list formats'.",
+            autocompletion=complete_format,
         ),
     ] = "native",
     split: Annotated[
@@ -55,7 +69,11 @@ def generate(
         typer.Option(help="train, val or test; default: what readers read first."),
     ] = "",
     channels: Annotated[
-        str, typer.Option(help="Beside the images: depth, flow, or depth,flow.")
+        str,
+        typer.Option(
+            help="Beside the images: depth, flow, or depth,flow.",
+            autocompletion=complete_channels,
+        ),
     ] = "",
     licence: Annotated[
         str, typer.Option(help="Of the images, for the card of the data set.")
@@ -71,17 +89,26 @@ def generate(
 
     A scenario that fails loses only its own sequences; the exit status is then 1.
     """
-    from simbench.datasets.channels import require_known
+    require_name("--format", layout, FORMATS)
+    wanted = {
+        require_name("--channels", name.strip(), CHANNELS)
+        for name in channels.split(",")
+        if name.strip()
+    }
+    channel_names = tuple(name for name in CHANNELS if name in wanted)
+
     from simbench.generation.dataset.produce import produce_dataset
     from simbench.generation.dataset.request import DatasetRequest
     from simbench.runtime.versions import core_count
 
     recipes = recipes_from(scenarios, frames)
     batches = _batches(recipes, count, seed, seeds)
-    channel_names = require_known(filter(None, channels.replace(" ", "").split(",")))
     request = DatasetRequest(batches, layout, split, channel_names)
     console = Console()
-    with progress_bar(console, "the same command resumes it") as progress:
+    frames_in_all = sum(most_frames(recipe) * len(seeds) for recipe, seeds in batches)
+    with progress_bar(
+        console, "the same command resumes it", "generate", frames_in_all
+    ) as progress:
         result = produce_dataset(
             request,
             out,
@@ -131,27 +158,3 @@ def _print_result(
         for sequence in request:
             if sequence.name not in result.failed:
                 print_line(console, f"{out.rstrip('/')}/{sequence.name}")
-
-
-def show(
-    name: Annotated[str, typer.Argument(metavar="SCENARIO", help="Name or YAML file.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(dir_okay=False, help="PNG to write; default: SCENARIO.png here."),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the sequence.")] = 0,
-    frame: Annotated[int, typer.Option(min=0, help="Which frame, from 0.")] = 0,
-) -> None:
-    """Render one frame of a scenario, draw the truth into it, and write a PNG."""
-    from simbench.scenarios.files.recipe import load_recipe
-
-    # before the heavy imports: a mistake in the file is reported at once
-    scenario = load_recipe(name).scenario(seed)
-
-    from simbench.experiments.request import path_safe
-    from simbench.generation.preview import write_preview
-
-    path = out or Path(f"{path_safe(scenario.full_name)}.png")
-    with interruptible("nothing was written"):
-        write_preview(scenario, seed, frame, path)
-    print_line(Console(), str(path))

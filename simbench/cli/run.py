@@ -27,6 +27,7 @@ from simbench.cli.arguments import (
     trackers_from,
 )
 from simbench.cli.display import print_line, progress_bar, score_table
+from simbench.cli.json_output import Json, run_facts, write_json
 
 if TYPE_CHECKING:
     from simbench.experiments.request import Request
@@ -58,6 +59,7 @@ def run(
     memory_mb: Memory = 4096,
     replace: Replace = False,
     cluster: Cluster = "",
+    as_json: Json = False,
 ) -> None:
     """Generate, track, score and report; the same command resumes a stopped run.
 
@@ -86,6 +88,9 @@ def run(
         keep_sequences=keep_sequences,
         replace=replace,
     )
+    if as_json:
+        write_json("run", run_facts(result))
+        raise typer.Exit(1 if result.failures else 0)
     console.print(score_table(result.scores))
     finish(console, result)
 
@@ -134,6 +139,6 @@ def report(
     from simbench.experiments.rebuild_report import rebuild_report
 
     console = Console()
-    with progress_bar(console, "nothing was changed") as progress:
+    with progress_bar(console, "nothing was changed", "report") as progress:
         path = rebuild_report(run_folder, progress)
     print_line(console, f"report: {path}")

@@ -22,6 +22,12 @@ from simbench.cli.arguments import (
     trackers_from,
 )
 from simbench.cli.display import print_line, print_table
+from simbench.cli.names import (
+    complete_dial,
+    complete_scenario,
+    dial_names,
+    require_name,
+)
 from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish
 
 if TYPE_CHECKING:
@@ -34,14 +40,18 @@ def sweep(
     scenario: Annotated[
         str,
         typer.Argument(
-            metavar="SCENARIO", help="Name from 'simbench list', or YAML file."
+            metavar="SCENARIO",
+            help="Name from 'simbench list', or YAML file.",
+            autocompletion=complete_scenario,
         ),
     ],
     vary: Annotated[
         list[str],
         typer.Option(
             metavar="DIAL=VALUES",
-            help="FIRST:LAST:STEP with both ends, or VALUE,VALUE,...; twice for a map.",
+            help="FIRST:LAST:STEP with both ends, or VALUE,VALUE,...; twice for a map. "
+            "Dials are in 'simbench list dials'.",
+            autocompletion=complete_dial,
         ),
     ],
     trackers: Trackers = DEFAULT_TRACKERS,
@@ -60,6 +70,9 @@ def sweep(
     Values that cannot be reached are left out and named; they fail no sweep.
     """
     # before the heavy imports: a mistake in the file is reported at once
+    for one in vary:
+        if "=" in one:
+            require_name("--vary", one.partition("=")[0].strip(), dial_names())
     found = scenarios_from([scenario], frames)
 
     from simbench.experiments.request import parse_seeds, sweep_request

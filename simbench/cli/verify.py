@@ -44,7 +44,7 @@ def verify(
 
     console = Console()
     sequences, total = find_recorded_sequences(place, sample)
-    with progress_bar(console, "nothing was changed") as progress:
+    with progress_bar(console, "nothing was changed", "verify") as progress:
         progress(0.0, len(sequences), "comparing the index")
         index = compare_dataset(place)
         results = verify_all(sequences, jobs=jobs or core_count(), progress=progress)

@@ -7,15 +7,18 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
-import cv2
 import pytest
 from rich.console import Console
 
 from simbench import __version__
 from simbench.cli import display, execute
+from simbench.cli.arguments import scenarios_from
+from simbench.core.errors import ScenarioError
+from simbench.core.text import printable
 from simbench.datasets.native import read_sequence
 from simbench.evaluation.scores import Scores
 from tests.blind_scenario import blind_smoke
@@ -123,13 +126,17 @@ YAML = "title: t\ntests: t\nframes: 24\n"
             "generate smoke --out a --seed 3", "--seed goes with --count", id="seed"
         ),
         pytest.param(
-            "generate smoke --out a --format b", "unknown format 'b'", id="format"
+            "generate smoke --out a --format b",
+            "--format: expected native",
+            id="format",
         ),
         pytest.param(
             "generate smoke --out a --split train", "have no splits", id="split"
         ),
         pytest.param(
-            "generate smoke --out a --channels b", "channels must be", id="channel"
+            "generate smoke --out a --channels b",
+            "expected depth or flow",
+            id="channel",
         ),
         pytest.param("generate smoke smoke --out a", "must differ", id="two of a name"),
         pytest.param(
@@ -141,7 +148,68 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         pytest.param(
             "run ./sampled.yaml", "is sampled for each seed", id="sampled values"
         ),
-        pytest.param("sing", "No such command", id="command"),
+        pytest.param("sing", "No such command 'sing'; see 'simb", id="command"),
+        pytest.param("runn", "Did you mean 'run'?", id="misspelt command"),
+        pytest.param("poles", "'simbench run poles'", id="scenario as command"),
+        pytest.param("run smoke --sede 1", "did you mean '--seeds'?", id="near option"),
+        pytest.param(
+            "run smoke --debug", "simbench --debug run ...", id="option of all commands"
+        ),
+        pytest.param("--jobs 3", "goes after its command: simbench", id="no command"),
+        pytest.param(
+            "list --seeds 3", "an option of run, sweep", id="option of other commands"
+        ),
+        pytest.param("list dails", "did you mean 'dials'?", id="topic"),
+        pytest.param(
+            "generate smoke --out a --format got10",
+            "did you mean 'got10k'?",
+            id="misspelt format",
+        ),
+        pytest.param(
+            "generate smoke --out a --channels depht",
+            "did you mean 'depth'?",
+            id="misspelt channel",
+        ),
+        pytest.param(
+            "sweep smoke --vary occlusion.hiden=0:1:0.5",
+            "did you mean 'occlusion.hidden'?",
+            id="misspelt dial",
+        ),
+        pytest.param("show pole", "did you mean 'poles'?", id="nothing to show"),
+        pytest.param(
+            "show dps", "expected a scenario or a tracker, got 'dps'", id="near tracker"
+        ),
+        pytest.param("show still --plain", "still is a tracker", id="tracker picture"),
+        pytest.param(
+            "show smoke --video a.mp4 --frame 1", "leave --out and", id="all frames"
+        ),
+        pytest.param("show smoke --frames 3", "go with --video", id="no video"),
+        pytest.param(
+            "show car-rear-still@all", "takes one variant, got 3", id="variants"
+        ),
+        pytest.param(
+            "check --baseline x.json --update --reason r --json",
+            "--json prints a comparison",
+            id="JSON of an update",
+        ),
+        *(
+            pytest.param(
+                command,
+                "--frames: expected at most 24, the length of smoke, got 25",
+                id=f"frames of {command.split()[0]}",
+            )
+            for command in (
+                "run smoke --frames 25",
+                "generate smoke --out a --frames 25",
+                "sweep smoke --vary noise=0,0.1 --frames 25",
+                "show smoke --video a.mp4 --frames 25",
+            )
+        ),
+        pytest.param(
+            "generate ./long.yaml --out a --frames 41",
+            "at most 40, the length of long, got 41",
+            id="sampled frames",
+        ),
     ],
 )
 def test_wrong_input_is_one_line_and_status_2(
@@ -150,6 +218,8 @@ def test_wrong_input_is_one_line_and_status_2(
     Path("broken.yaml").write_text("name: [")
     Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
     Path("sampled.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
+    long = YAML.replace("24", "{range: [20, 40]}")
+    Path("long.yaml").write_text(f"name: long\n{long}")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
     settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
     empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
@@ -157,6 +227,7 @@ def test_wrong_input_is_one_line_and_status_2(
     assert execute(arguments.split()) == 2
     output = capsys.readouterr()
     assert output.err.startswith("simbench: ")
+    assert "Traceback" not in output.err
     assert message in output.err
     assert output.err.count("\n") == 1
     assert output.out == ""
@@ -183,6 +254,84 @@ def test_folder_in_place_of_a_file_is_refused_before_any_work(
     assert Path("precious/thesis.txt").read_text() == "years"
 
 
+def test_alone_prints_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute([]) == 0
+    output = capsys.readouterr()
+    assert "Usage: simbench" in output.out
+    assert output.err == ""
+
+
+def test_frames_beyond_one_of_several_scenarios_is_a_note(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (smoke, poles) = scenarios_from(["smoke", "poles"], 30)
+    assert (smoke.frames, poles.frames) == (24, 30)
+    assert capsys.readouterr().err == (
+        "simbench: note: --frames 30 leaves shorter scenarios whole: smoke (24)\n"
+    )
+
+
+def test_error_with_several_mistakes_is_a_line_for_each(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: Sequence[str]) -> None:
+        raise ScenarioError("a.yaml:3: unknown key\na.yaml:9: \x1b[31mout of range\n")
+
+    monkeypatch.setattr("simbench.runtime.doctor.examine", lambda: refuse([]))
+    assert execute(["doctor"]) == 2
+    assert capsys.readouterr().err == (
+        "simbench: a.yaml:3: unknown key\nsimbench: a.yaml:9: \\x1b[31mout of range\n"
+    )
+
+
+@pytest.mark.parametrize("argument", ["./\x1b]0;title\x07.yaml", "./[red]a.yaml"])
+def test_names_cannot_steer_the_terminal(
+    argument: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert execute(["show", argument]) == 2
+    error = capsys.readouterr().err
+    assert printable(argument).removeprefix("./") in error
+    assert "\x1b" not in error
+
+
+def test_argument_that_is_not_text_is_refused_before_any_work(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert execute(["run", "smoke", "--out", "a\udcff"]) == 2
+    assert capsys.readouterr().err == (
+        "simbench: a\\udcff: expected an argument in UTF-8, got other bytes\n"
+    )
+
+
+def test_interrupt_before_the_work_shows_no_traceback(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("simbench.runtime.doctor.examine", interrupt)
+    assert execute(["doctor"]) == 130
+    assert capsys.readouterr() == ("", "")
+
+
+def test_tables_and_lines_show_text_as_it_is() -> None:
+    written = io.StringIO()
+    console = Console(file=written, width=60)
+    display.print_line(console, "[red]a\x1b[31m\nb", "red")
+    display.print_table(console, ("[b]head", "x"), [("[red]c\x07\nd", "[/]")])
+    lines = written.getvalue().splitlines()
+    assert lines[0] == r"[red]a\x1b[31m b"
+    assert [line.split() for line in lines[3:]] == [[r"[red]c\x07", "[/]"], ["d"]]
+
+
+def test_progress_shows_markup_of_a_title_as_text() -> None:
+    written = io.StringIO()
+    console = Console(file=written, force_terminal=True, width=80, no_color=True)
+    with display.progress_bar(console, "hint") as report:
+        report(5.0, 10.0, "[red]mine\x1b]0;[/]")
+    assert r"[red]mine\x1b]0;[/]" in written.getvalue()
+
+
 def test_debug_shows_the_traceback() -> None:
     program = "from simbench.cli import main; main()"
     done = subprocess.run(
@@ -194,19 +343,6 @@ def test_debug_shows_the_traceback() -> None:
     assert done.returncode == 2
     assert "Traceback" in done.stderr
     assert done.stderr.endswith("No such file or directory\n")
-
-
-@pytest.mark.sumo
-@pytest.mark.gl
-def test_show_writes_the_frame_with_the_target_boxed(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert execute(["show", "smoke", "--out", "a.png", "--frame", "2"]) == 0
-    assert capsys.readouterr().out == "a.png\n"
-    picture = cv2.imread("a.png")
-    assert picture is not None
-    assert picture.shape == (120, 160, 3)
-    assert (picture == (32, 64, 255)).all(axis=2).any()  # BGR of the target's box
 
 
 @pytest.mark.sumo

@@ -1,0 +1,175 @@
+"""Names that the command line completes and corrects, found without heavy imports."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+
+from simbench.core.errors import SimbenchError
+
+__all__ = [
+    "CHANNELS",
+    "FORMATS",
+    "complete_channels",
+    "complete_dial",
+    "complete_format",
+    "complete_scenario",
+    "complete_scenario_or_tracker",
+    "complete_trackers",
+    "dial_names",
+    "did_you_mean",
+    "require_name",
+    "scenario_names",
+    "tracker_names",
+]
+
+FORMATS: Final = (
+    "native",
+    "vot",
+    "otb",
+    "got10k",
+    "mot17",
+    "davis",
+    "youtube-vis",
+    "coco",
+)
+"""As `simbench.datasets.formats.FORMATS`, whose import takes half a second."""
+CHANNELS: Final = ("depth", "flow")
+"""As `simbench.datasets.channels.CHANNELS`."""
+
+_YAML: Final = (".yaml", ".yml")
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a hint at the most similar known name, or an empty text.
+
+    Examples
+    --------
+    >>> did_you_mean("naitve", FORMATS)
+    "; did you mean 'native'?"
+    """
+    lower = {one.lower(): one for one in known}
+    near = difflib.get_close_matches(name.lower(), lower, n=1)
+    return f"; did you mean {lower[near[0]]!r}?" if near else ""
+
+
+def require_name(what: str, name: str, known: Sequence[str]) -> str:
+    """Return a name if it is known.
+
+    Raises
+    ------
+    SimbenchError
+        With all known names and, if there is one, the most similar.
+    """
+    if name in known:
+        return name
+    *names, last = known
+    expected = f"{', '.join(names)} or {last}"
+    hint = did_you_mean(name, known)
+    raise SimbenchError(f"{what}: expected {expected}, got {name!r}{hint}")
+
+
+def scenario_names() -> list[str]:
+    """Return the names of the library's scenarios."""
+    from simbench.scenarios.files.library import library_files
+
+    return list(library_files())
+
+
+def tracker_names() -> list[str]:
+    """Return the names of the installed trackers, those of OpenCV left out."""
+    return sorted({e.name for e in entry_points(group="simbench.trackers")})
+
+
+def dial_names() -> tuple[str, ...]:
+    """Return the names of the dials."""
+    from simbench.scenarios.schema.dials import DIAL_NAMES
+
+    return DIAL_NAMES
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """Complete a scenario, its variant after an ``@``, or a YAML file."""
+    name, at_sign, start = incomplete.partition("@")
+    if at_sign:
+        return [f"{name}@{one}" for one in _starting(_variants(name), start)]
+    return [*_starting(scenario_names(), incomplete), *_scenario_files(incomplete)]
+
+
+def complete_scenario_or_tracker(incomplete: str) -> list[str]:
+    """Complete a scenario as `complete_scenario` does, or a tracker."""
+    trackers = _starting(tracker_names(), incomplete)
+    return [*complete_scenario(incomplete), *trackers]
+
+
+def complete_trackers(incomplete: str) -> list[str]:
+    """Complete the last of a comma-separated list of trackers, after its label."""
+    head, equals, start = incomplete.rpartition("=")
+    if equals and not {",", "@"} & set(start):  # LABEL=NAME
+        return [f"{head}={name}" for name in _starting(tracker_names(), start)]
+    return _in_list(tracker_names(), incomplete)
+
+
+def complete_channels(incomplete: str) -> list[str]:
+    """Complete the last of a comma-separated list of channels."""
+    return _in_list(CHANNELS, incomplete)
+
+
+def complete_format(incomplete: str) -> list[str]:
+    """Complete the name of a data set layout."""
+    return _starting(FORMATS, incomplete)
+
+
+def complete_dial(incomplete: str) -> list[str]:
+    """Complete the dial of ``DIAL=VALUES``."""
+    return [f"{name}=" for name in _starting(dial_names(), incomplete)]
+
+
+def _starting(names: Iterable[str], start: str) -> list[str]:
+    return [name for name in names if name.startswith(start)]
+
+
+def _in_list(names: Iterable[str], incomplete: str) -> list[str]:
+    before, comma, start = incomplete.rpartition(",")
+    taken = before.split(",")
+    return [
+        f"{before}{comma}{name}"
+        for name in _starting(names, start)
+        if name not in taken
+    ]
+
+
+def _variants(name: str) -> list[str]:
+    """Return the variants in a scenario's file; none if it cannot be read."""
+    from simbench.scenarios.files.library import library_files
+
+    path = library_files().get(name) or Path(name)
+    try:
+        content: Any = yaml.load(path.read_bytes(), _Loader)
+        return [*map(str, content["variants"]), "all"]
+    except (OSError, ValueError, TypeError, LookupError, yaml.YAMLError):
+        return []
+
+
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def _scenario_files(start: str) -> list[str]:
+    """Return folders and YAML files whose path begins so, as a shell would."""
+    folder, slash, stem = start.rpartition("/")
+    try:
+        found = sorted(Path(f"{folder}{slash}" or ".").iterdir())
+        return [
+            f"{folder}{slash}{path.name}{'/' if path.is_dir() else ''}"
+            for path in found
+            if path.name.startswith(stem)
+            and (path.is_dir() or path.suffix in _YAML)
+            and path.name.startswith(".") == stem.startswith(".")
+        ]
+    except OSError:
+        return []
