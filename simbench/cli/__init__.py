@@ -33,6 +33,7 @@ INTERRUPTED = 130
 
 app = typer.Typer(
     name="simbench",
+    suggest_commands=False,  # see `usage_mistake`
     help="Simulate and render traffic, run vehicle trackers on it, and score them.",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -65,6 +66,7 @@ def _settings(
         bool,
         typer.Option(
             "--version",
+            "-V",
             help="Print the version and exit.",
             is_eager=True,
             callback=_print_version,
@@ -88,11 +90,13 @@ class _PrintableFormatter(logging.Formatter):
 def execute(arguments: Sequence[str]) -> int:
     """Run one command and return its exit status; an error is a line on stderr.
 
-    An error that names several mistakes is a line for each. Without arguments the help
-    is printed.
+    An error that names several mistakes is a line for each. Without arguments, and by
+    ``help [COMMAND]``, the help is printed.
     """
     try:
-        given = [_require_text(argument) for argument in arguments] or ["--help"]
+        given = [_require_text(argument) for argument in arguments]
+        if given[:1] in ([], ["help"]):
+            given = [*given[1:], "--help"]
         return app(given, prog_name="simbench", standalone_mode=False) or 0
     except SimbenchError as error:
         return _report_error(*str(error).splitlines())

@@ -11,7 +11,12 @@ import typer
 from rich.console import Console
 
 from simbench.cli.display import print_line
-from simbench.cli.names import complete_scenario, complete_trackers
+from simbench.cli.names import (
+    complete_scenario,
+    complete_trackers,
+    scenario_names,
+    tracker_names,
+)
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -110,6 +115,7 @@ def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
     """
     from simbench.scenarios.files.recipe import load_recipes
 
+    _require_single_names(names)
     recipes = [recipe for name in names for recipe in load_recipes(name)]
     if frames is not None:
         _require_long(frames, {one.label: most_frames(one) for one in recipes})
@@ -134,11 +140,29 @@ def scenarios_from(names: list[str], frames: int | None) -> tuple[Scenario, ...]
     """
     from simbench.scenarios.files.loading import load_variants
 
+    _require_single_names(names)
     found = [scenario for name in names for scenario in load_variants(name)]
     if frames is None:
         return tuple(found)
     _require_long(frames, {one.full_name: one.frames for one in found})
     return tuple(scenario.shortened(frames) for scenario in found)
+
+
+def _require_single_names(names: list[str]) -> None:
+    """Name two common slips: commas between scenarios, blanks between trackers."""
+    known = scenario_names()
+    for name in names:
+        parts = [part.strip() for part in name.split(",")]
+        if len(parts) > 1 and all(part.partition("@")[0] in known for part in parts):
+            spaced = " ".join(parts)
+            raise SimbenchError(
+                f"scenarios: expected blanks between names, {spaced!r}, got {name!r}"
+            )
+        if name not in known and name in tracker_names():
+            raise SimbenchError(
+                f"scenarios: {name} is a tracker: expected --trackers with commas "
+                "between names, and no blanks"
+            )
 
 
 def _require_long(frames: int, lengths: dict[str, int]) -> None:

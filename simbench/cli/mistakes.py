@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import typer
 
 from simbench.cli.names import did_you_mean, scenario_names
 
 __all__ = ["usage_mistake"]
+
+_LIMITS: Final = {
+    "greater_than_equal": "at least {ge}",
+    "less_than_equal": "at most {le}",
+}
+_EXPECTED: Final = {
+    **_LIMITS,
+    "int_parsing": "a whole number",
+    "int_parsing_size": "a whole number of a sensible size",
+    "int_from_float": "a whole number",
+    "float_parsing": "a number",
+}
+"""What a value had to be, by pydantic's type of error."""
 
 
 def usage_mistake(error: typer.TyperException, app: typer.Typer) -> str:
@@ -25,11 +40,27 @@ def usage_mistake(error: typer.TyperException, app: typer.Typer) -> str:
     path = context.command_path if context is not None else "simbench"
     if option and text.startswith("No such option"):
         return text + _option_hint(option, context, app)
-    if text.startswith("No such command") and "Did you mean" not in text:
-        return text.rstrip(".") + _command_hint(text)
+    if text.startswith("No such command"):
+        return text.rstrip(".") + _command_hint(text, app)
     if text.startswith("Missing") or "unexpected extra argument" in text:
-        return f"{text.rstrip('.')}; see '{path} --help'"
-    return text
+        listed = "'simbench list' prints them, " if "SCENARIO" in text else ""
+        return f"{text.rstrip('.')}; {listed}see '{path} --help'"
+    return _bad_value(error) or text
+
+
+def _bad_value(error: typer.TyperException) -> str:
+    """Return a value that cannot be converted as one line; empty for other mistakes."""
+    errors = getattr(error.__cause__, "errors", None)  # of pydantic, which typer uses
+    option = getattr(getattr(error, "param", None), "opts", None)
+    if errors is None or not option:
+        return ""
+    first = errors()[0]
+    expected = _EXPECTED.get(first["type"])
+    if expected is None:
+        return ""
+    limits, value = first.get("ctx", {}), str(first["input"])
+    shown = value if first["type"] in _LIMITS else repr(value)
+    return f"{option[0]}: expected {expected.format(**limits)}, got {shown}"
 
 
 def _option_hint(option: str, context: typer.Context | None, app: typer.Typer) -> str:
@@ -49,11 +80,13 @@ def _option_hint(option: str, context: typer.Context | None, app: typer.Typer) -
     return hint or _help(context.command_path)
 
 
-def _command_hint(text: str) -> str:
-    name = text.partition("'")[2].rpartition("'")[0]
+def _command_hint(text: str, app: typer.Typer) -> str:
+    name = text.partition("'")[2].partition("'")[0]
     if name in scenario_names():
         return f"; did you mean 'simbench run {name}' or 'simbench show {name}'?"
-    return _help("simbench")
+    if f"--{name}" in _options(typer.main.get_command(app)):
+        return f"; did you mean 'simbench --{name}'?"
+    return did_you_mean(name, _commands(app)) or _help("simbench")
 
 
 def _help(command: str) -> str:
@@ -67,4 +100,4 @@ def _commands(app: typer.Typer) -> dict[str, object]:
 def _options(command: object) -> list[str]:
     parameters = getattr(command, "params", [])
     named = [name for p in parameters for name in (*p.opts, *p.secondary_opts)]
-    return [name for name in named if name.startswith("-")]
+    return [*(name for name in named if name.startswith("-")), "--help"]

@@ -149,7 +149,29 @@ YAML = "title: t\ntests: t\nframes: 24\n"
             "run ./sampled.yaml", "is sampled for each seed", id="sampled values"
         ),
         pytest.param("sing", "No such command 'sing'; see 'simb", id="command"),
-        pytest.param("runn", "Did you mean 'run'?", id="misspelt command"),
+        pytest.param("runn", "did you mean 'run'?", id="misspelt command"),
+        pytest.param("version", "did you mean 'simbench --version'?", id="no dashes"),
+        pytest.param("--hlp", "did you mean '--help'?", id="misspelt help"),
+        pytest.param(
+            "run smoke,poles",
+            "expected blanks between names, 'smoke poles'",
+            id="comma",
+        ),
+        pytest.param(
+            "run smoke --trackers dsp still", "still is a tracker: expected", id="blank"
+        ),
+        pytest.param(
+            "run smoke --frames 1", "--frames: expected at least 2, got 1", id="minimum"
+        ),
+        pytest.param(
+            "run smoke --timeout x",
+            "--timeout: expected a number, got 'x'",
+            id="number",
+        ),
+        pytest.param(
+            "show smoke --seed 1.5", "expected a whole number, got '1.5'", id="whole"
+        ),
+        pytest.param("show", "'simbench list' prints them", id="nothing named"),
         pytest.param("poles", "'simbench run poles'", id="scenario as command"),
         pytest.param("run smoke --sede 1", "did you mean '--seeds'?", id="near option"),
         pytest.param(
@@ -259,6 +281,8 @@ def test_alone_prints_help(capsys: pytest.CaptureFixture[str]) -> None:
     output = capsys.readouterr()
     assert "Usage: simbench" in output.out
     assert output.err == ""
+    assert execute(["help", "sweep"]) == 0
+    assert "Usage: simbench sweep" in capsys.readouterr().out
 
 
 def test_frames_beyond_one_of_several_scenarios_is_a_note(
