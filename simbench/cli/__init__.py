@@ -104,12 +104,21 @@ def execute(arguments: Sequence[str]) -> int:
         return _report_error(usage_mistake(error, app))
     except (KeyboardInterrupt, typer.Abort):
         return _report_error("stopped", status=INTERRUPTED)
-    except BrokenPipeError:  # the reader, such as head, has closed the pipe
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except BrokenPipeError:
+        return _after_broken_pipe()
+    except SystemExit as stop:  # typer and rich make one of it
+        if isinstance(stop.__context__, BrokenPipeError):
+            return _after_broken_pipe()
+        raise
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _report_error(f"{where}{error.strerror or error}")
+
+
+def _after_broken_pipe() -> int:
+    """Return success: the reader, such as head, has closed the pipe, having enough."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def main() -> None:

@@ -28,6 +28,7 @@ from simbench.cli.arguments import (
 )
 from simbench.cli.display import print_line, progress_bar, score_table
 from simbench.cli.json_output import Json, run_facts, write_json
+from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
     from simbench.experiments.request import Request
@@ -136,9 +137,24 @@ def report(
     run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
 ) -> None:
     """Write the report of a run again; missing sequences are generated again."""
+    _require_innermost(run_folder)
+
     from simbench.experiments.rebuild_report import rebuild_report
 
     console = Console()
     with progress_bar(console, "nothing was changed", "report") as progress:
         path = rebuild_report(run_folder, progress)
     print_line(console, f"report: {path}")
+
+
+def _require_innermost(folder: Path) -> None:
+    """Name the newest run of a folder that holds runs."""
+    if (folder / "run.json").exists():
+        return
+    runs = [run for depth in ("*", "*/*") for run in folder.glob(f"{depth}/run.json")]
+    if runs:
+        newest = max(runs, key=lambda run: run.stat().st_mtime).parent
+        raise SimbenchError(
+            f"{folder}: expected a run folder, got one that holds {len(runs)}; "
+            f"did you mean {str(newest)!r}?"
+        )

@@ -44,6 +44,7 @@ class TimeLeft:
     -----
     With the speed of earlier runs known, its estimate counts as if a tenth of the work
     had been measured at it: it leads at the start, and the measured speed at the end.
+    The time until the first progress is not counted: workers start and compile.
     """
 
     def __init__(self, kind: str, units: float | None = None) -> None:
@@ -66,8 +67,8 @@ class TimeLeft:
         if not 0.0 <= done < total:
             return None
         share, now = done / total, time.monotonic()
-        if self._first is None:
-            self._first = (share, now)
+        if self._first is None or share <= self._first[0]:
+            self._first = (share, now)  # starting up is no work yet
         self._last, self._total = (share, now), total
         measured, elapsed_s = share - self._first[0], now - self._first[1]
         if self._earlier is not None:

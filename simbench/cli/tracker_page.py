@@ -46,7 +46,7 @@ def print_tracker(console: Console, spec: str) -> None:
     sections = numpydoc_sections(inspect.getdoc(kind) or "")
     summary, _, more = sections[""].partition("\n\n")
     description = list_trackers().get(found.name, " ".join(summary.split()))
-    print_line(console, f"{found.name}: {description}")
+    print_line(console, f"{found.name}: {description or 'no description'}")
     _print_paragraphs(console, more)
     rows = list(_parameter_rows(tracker, found.name))
     if rows:

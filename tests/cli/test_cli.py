@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import subprocess
 import sys
@@ -109,6 +110,7 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         pytest.param("run", "Missing argument", id="no scenario"),
         pytest.param("report nosuch", "nosuch: not a run folder", id="no run"),
         pytest.param("report .", "not a run folder", id="not a run"),
+        pytest.param("report all/runs", "mean 'all/runs/b/two'?", id="around runs"),
         pytest.param("show smoke --frame 24", "must be below 24, got 24", id="frame"),
         pytest.param("check --baseline no.json", "no.json: baseline", id="no baseline"),
         pytest.param("check --baseline broken.yaml", "broken.yaml", id="bad baseline"),
@@ -243,6 +245,10 @@ def test_wrong_input_is_one_line_and_status_2(
     long = YAML.replace("24", "{range: [20, 40]}")
     Path("long.yaml").write_text(f"name: long\n{long}")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")
+    for age, run in enumerate(("all/runs/b/two", "all/runs/one")):
+        Path(run).mkdir(parents=True)
+        Path(run, "run.json").touch()
+        os.utime(Path(run, "run.json"), (0, 100 - age))
     settings = {"scenarios": [{"name": "smoke"}], "seeds": [0], "trackers": ["still"]}
     empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
     Path("rows.json").write_text(json.dumps(empty))
@@ -354,6 +360,23 @@ def test_progress_shows_markup_of_a_title_as_text() -> None:
     with display.progress_bar(console, "hint") as report:
         report(5.0, 10.0, "[red]mine\x1b]0;[/]")
     assert r"[red]mine\x1b]0;[/]" in written.getvalue()
+
+
+@pytest.mark.parametrize("command", ["list", "list --json", "schema"])
+def test_reader_that_has_enough_is_no_error(command: str) -> None:
+    program = (
+        f"from simbench.cli import main; import sys; sys.argv[1:] = {command.split()}"
+    )
+    writing = subprocess.Popen(
+        [sys.executable, "-c", f"{program}; main()"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert writing.stdout is not None
+    writing.stdout.close()
+    assert writing.communicate()[1] == ""
+    assert writing.returncode == 0
 
 
 def test_debug_shows_the_traceback() -> None:
