@@ -79,7 +79,7 @@ def _formats() -> list[dict[str, Any]]:
         layout = find_format(name)
         splits = ", ".join(SPLITS) if isinstance(layout, SplitLayout) else ""
         text = (type(layout).__doc__ or "").splitlines()[0]
-        description = text.replace("; see the module.", ".")
+        description = text.replace("; see the module.", ".").replace("`", "")
         rows.append({"name": name, "splits": splits, "description": description})
     return rows
 

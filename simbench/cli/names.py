@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Final
-
-import yaml
+from typing import Final
 
 from simbench.core.errors import SimbenchError
 
@@ -83,6 +80,8 @@ def scenario_names() -> list[str]:
 
 def tracker_names() -> list[str]:
     """Return the names of the installed trackers, those of OpenCV left out."""
+    from importlib.metadata import entry_points
+
     return sorted({e.name for e in entry_points(group="simbench.trackers")})
 
 
@@ -146,17 +145,17 @@ def _in_list(names: Iterable[str], incomplete: str) -> list[str]:
 
 def _variants(name: str) -> list[str]:
     """Return the variants in a scenario's file; none if it cannot be read."""
+    import yaml
+
     from simbench.scenarios.files.library import library_files
 
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     path = library_files().get(name) or Path(name)
     try:
-        content: Any = yaml.load(path.read_bytes(), _Loader)
+        content = yaml.load(path.read_bytes(), loader)
         return [*map(str, content["variants"]), "all"]
     except (OSError, ValueError, TypeError, LookupError, yaml.YAMLError):
         return []
-
-
-_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _scenario_files(start: str) -> list[str]:

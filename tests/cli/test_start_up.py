@@ -14,7 +14,7 @@ HEAVY = ("numba", "pandas", "pyarrow", "scipy", "plotly", "pyrender", "trimesh",
 @pytest.mark.parametrize(
     ("command", "more"),
     [
-        pytest.param(["--help"], ("numpy", "pydantic", "cv2"), id="help"),
+        pytest.param(["--help"], ("numpy", "pydantic", "cv2", "yaml"), id="help"),
         pytest.param(["show", "--help"], ("numpy", "cv2"), id="help of a command"),
         pytest.param(["list"], (), id="list"),
         pytest.param(["show", "broken.yaml"], ("numpy", "cv2"), id="broken scenario"),
