@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.text import printable
 from simbench.core.tracker import Estimate, Failure, FailureKind, Phase, Track
 
 __all__ = ["TrackBuffer"]
@@ -89,7 +90,8 @@ class TrackBuffer:
 
     def fail(self, kind: FailureKind, message: str) -> None:
         """Record the failure that ends the run, in the current phase and frame."""
-        data = message.encode("utf-8", "backslashreplace")[: _TEXT_BYTES - 1]
+        data = printable(message).encode("utf-8", "backslashreplace")
+        data = data[: _TEXT_BYTES - 1]
         self._text[:] = 0
         self._text[: len(data)] = np.frombuffer(data, np.uint8)
         self._state[2] = 1 + _KINDS.index(kind)
