@@ -163,8 +163,12 @@ def run_experiment(
         keep_sequences = keep_sequences or folder.keeps_sequences
         environment = versions() | {"opengl": renderer}
         _say_what_changed(folder, environment, notice)
+        commands = folder.commands if len(experiment.requests) > 1 else []
         facts = run_facts(
-            experiment, command, environment, keep_sequences=keep_sequences
+            experiment,
+            "\n".join(dict.fromkeys([*commands, command])),
+            environment,
+            keep_sequences=keep_sequences,
         )
         folder.write_facts(facts)
         scores, sequences = run_grid(
@@ -195,7 +199,10 @@ def run_facts(
     *,
     keep_sequences: bool,
 ) -> dict[str, Any]:
-    """Return the content of ``run.json`` before the run starts."""
+    """Return the content of ``run.json`` before the run starts.
+
+    ``command`` holds the commands of all requests, one a line.
+    """
     return {
         "command": command,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -188,6 +188,14 @@ class RunFolder:
             self.sequences.rmdir()
 
     @property
+    def commands(self) -> list[str]:
+        """The command lines that ran here, oldest first."""
+        try:
+            return str(self.read_facts().get("command", "")).splitlines()
+        except DatasetError:
+            return []
+
+    @property
     def keeps_sequences(self) -> bool:
         """Whether a run here was requested to keep its sequences."""
         try:

@@ -37,7 +37,8 @@ def request(*trackers: str, seeds: tuple[int, ...] = (4,), frames: int = 6) -> R
 
 def run(asked: Request, path: Path, jobs: int = 0, **options: object) -> RunResult:
     """Run in this process, which is quick, unless told otherwise."""
-    return run_experiment(asked, path, command="", jobs=jobs, **options)  # type: ignore[arg-type]
+    typed = f"run {[tracker.label for tracker in asked.trackers]} {asked.seeds}"
+    return run_experiment(asked, path, command=typed, jobs=jobs, **options)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +67,11 @@ def test_other_trackers_and_seeds_add_rows(there: Path) -> None:
     assert "walk" in page
     facts = json.loads((there / "run.json").read_text())
     assert facts["seeds"] == [4, 5]
+    assert facts["command"].splitlines() == [
+        "run ['still'] (4,)",
+        "run ['walk'] (4,)",
+        "run ['still'] (5,)",
+    ]
     assert [one["label"] for one in facts["trackers"]] == ["still", "walk"]
     (there / "report.html").unlink()
     rebuild_report(there, lambda done, of, doing: None)
