@@ -13,6 +13,7 @@ from simbench.core.errors import SimbenchError
 from simbench.datasets.channels import require_known
 from simbench.datasets.formats import find_format, sequence_name
 from simbench.runtime.code_digest import code_digest, digest_of
+from simbench.runtime.doctor import opengl_renderer
 from simbench.scenarios.files.recipe import Recipe
 
 __all__ = ["DatasetRequest", "SeededRecipe", "SequenceRequest", "spread"]
@@ -109,7 +110,7 @@ class DatasetRequest:
         """Yield the sequences, scenarios in turn: every part is a balanced mix."""
         layout = find_format(self.layout, self.split or None)
         how = [self.layout, self.split, self.channels]
-        code = code_digest(*_CODE)
+        code = digest_of(code_digest(*_CODE), opengl_renderer())
         recipes, seeds = zip(*self.recipes, strict=True)
         digests = [digest_of(code, recipe.digest, how) for recipe in recipes]
         position = 0

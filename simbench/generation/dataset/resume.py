@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.datasets.store import Store
 from simbench.generation.dataset.make_sequence import own_folders
 from simbench.generation.dataset.manifest import Entries, EntryFile
 from simbench.generation.dataset.request import DatasetRequest
+from simbench.runtime.versions import versions
 
 __all__ = ["ExistingSequences", "find_existing", "refuse_outdated", "remove_unfinished"]
 
@@ -83,16 +86,28 @@ def refuse_outdated(
     (content, *_) = store.read(existing.to_replace[first.name])
     try:
         expected = first.recipe.scenario(first.seed).model_dump(mode="json")
-        is_same = json.loads(content).get("scenario") == expected
-    except (ScenarioError, ValueError):
+        found = json.loads(content)
+        is_same = found.get("scenario") == expected
+        how = f"by {_other_versions(found.get('summary', {}))}"
+    except (AttributeError, ScenarioError, TypeError, ValueError):
         is_same = False
-    how = "by other code or library versions"
     if not is_same:
         how = "from another scenario or with other frames"
     raise DatasetError(
         f"{store}: {count} finished sequence{'s' * (count > 1)} would be made again, "
         f"{first.name} was made {how}: pass --replace to overwrite"
     )
+
+
+def _other_versions(summary: Mapping[str, Any]) -> str:
+    """Name the versions that differ from those of this process, in words."""
+    made_with = summary.get("made_with", {})
+    changed = [
+        f"{name} {made_with[name] or 'missing'} (here {here or 'missing'})"
+        for name, here in versions().items()
+        if made_with.get(name, here) != here
+    ]
+    return ", ".join(changed) or "other code or another OpenGL renderer"
 
 
 def remove_unfinished(store: Store) -> None:
