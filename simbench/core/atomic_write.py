@@ -19,19 +19,20 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
     The temporary path is in the same folder; parent folders are created. A block that
     raises, or is killed, leaves ``path`` as it was. The partial file is removed; if the
-    process was killed it remains, under a name that starts with a dot.
+    process was killed it remains, under a name that starts with a dot. Of a symbolic
+    link, the file that it leads to is replaced.
 
     Raises
     ------
     DatasetError
-        If ``path`` is a folder, or the block or the file system raises an `OSError`.
+        If ``path`` is a folder, a device or a pipe, or the block or the file system
+        raises an `OSError`.
     """
-    if path.is_dir():
-        raise DatasetError(f"{path}: expected the path of a file, got a folder")
     try:
-        with _temporary_path(path) as temporary:
+        file = _file_meant(path)
+        with _temporary_path(file) as temporary:
             yield temporary
-            temporary.replace(path)
+            temporary.replace(file)
     except OSError as error:
         reason = error.strerror or error
         raise DatasetError(f"{path}: cannot be written: {reason}") from error
@@ -50,6 +51,21 @@ def atomic_write_folder(path: Path) -> Iterator[Path]:
         if path.is_dir():
             shutil.rmtree(path)
         temporary.replace(path)
+
+
+def _file_meant(path: Path) -> Path:
+    """Return the file that a path leads to; there need not be one yet."""
+    file = Path(os.path.realpath(path))  # unlike resolve, also where links are a loop
+    found = ""
+    if file.is_symlink():
+        found = "a symbolic link that leads to itself"
+    elif file.is_dir():
+        found = "a folder"
+    elif file.exists() and not file.is_file():
+        found = "a device or a pipe"
+    if found:
+        raise DatasetError(f"{path}: expected the path of a file, got {found}")
+    return file
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,24 @@ def test_folder_stays_as_it_was_when_the_block_raises(tmp_path: Path) -> None:
         raise KeyboardInterrupt
     assert [p.name for p in path.iterdir()] == ["old"]
     assert [p.name for p in tmp_path.iterdir()] == ["folder"]
+
+
+def test_file_that_a_link_leads_to_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "link").symlink_to("file")
+    with atomic_write(tmp_path / "link") as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "file").read_text() == "new"
+
+
+def test_device_pipe_or_loop_is_refused_and_left_alone(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "null").symlink_to("/dev/null")  # a root's mistake would remove it
+    for name in ("pipe", "loop", "null"):
+        with pytest.raises(DatasetError, match="expected the path of a file, got a "):
+            atomic_write(tmp_path / name).__enter__()
+    assert (tmp_path / "pipe").is_fifo()
+    assert (tmp_path / "loop").is_symlink()
+    assert Path("/dev/null").is_char_device()
