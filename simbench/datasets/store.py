@@ -222,7 +222,12 @@ class FolderStore(Store):
     def locked(self, tell: Callable[[str], None] | None = None) -> Iterator[None]:
         """Refuse other productions while the block runs, at once."""
         with self._errors_in_one_line():
-            self.path.mkdir(parents=True, exist_ok=True)
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+            except FileExistsError:  # also of a link that leads nowhere
+                raise DatasetError(
+                    f"{self.path}: expected a folder, found another file"
+                ) from None
         with locked(self.path / _LOCK):
             yield
 

@@ -142,6 +142,7 @@ def test_file_of_another_disk_is_copied(
             "s3://b/\udcff", r"udcff': expected a folder or URL", id="URL not UTF-8"
         ),
         pytest.param("out\0", r"'out.x00': expected a folder or URL", id="NUL"),
+        pytest.param(__file__, "expected a folder, found another file", id="file"),
         pytest.param("", "'': expected a folder or URL", id="empty"),
     ],
 )
