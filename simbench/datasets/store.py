@@ -141,7 +141,8 @@ class Store:
                 found = [path]
             is_file = len(found) == 1 and self._system.isfile(path)
         if is_file:
-            raise DatasetError(f"{self}: {path} is a file, expected a folder")
+            what = f"{folder} is" if folder else "is"
+            raise DatasetError(f"{self}: {what} a file, expected a folder")
         names = {PurePosixPath(one).name for one in found}
         names -= {PurePosixPath(path).name, LEASE}
         return sorted(name for name in names if not name.startswith("."))
