@@ -25,7 +25,6 @@ from simbench.runtime.scratch import SCRATCH_MARK, remove_content
 __all__ = ["empty_folder", "is_lock_file", "locked"]
 
 _LOCK_MARK = b"simbench lock\n"
-_LONGEST = 4096  # bytes of a lock file that are looked at
 _NOT_FOLLOWED = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC  # no link, no waiting pipe
 
 
@@ -39,7 +38,8 @@ def locked(path: Path) -> Iterator[None]:
     Parameters
     ----------
     path : Path
-        New, a lock file of simbench, or empty, as those of version 0.2 are.
+        New, a lock file of simbench, or an empty file, as those of version 0.2 are; an
+        empty one stays empty.
 
     Raises
     ------
@@ -47,25 +47,28 @@ def locked(path: Path) -> Iterator[None]:
         If another process holds it, it is no lock file of simbench (which is left as it
         is), the file cannot be written, or its file system has no locks.
     """
-    try:
-        handle = os.open(path, os.O_RDWR | os.O_CREAT | _NOT_FOLLOWED, 0o666)
-    except (OSError, ValueError) as error:
-        raise DatasetError(_no_lock_file(path, error)) from None
+    handle, is_new = _opened(path)
     try:
         _lock(handle, path)
-        if not _is_ours(handle):
+        mark = _mark(handle)
+        if mark not in (b"", _LOCK_MARK):
             raise DatasetError(
                 f"{path}: expected a lock file of simbench, found another file"
             )
+        if not mark and not is_new:  # of version 0.2, or of the user
+            yield
+            return
         try:
             os.ftruncate(handle, 0)
             holder = f"process {os.getpid()} on {socket.gethostname()}\n"
             os.pwrite(handle, _LOCK_MARK + holder.encode(), 0)
         except OSError as error:
             raise DatasetError(f"{path}: cannot be written: {error.strerror}") from None
-        yield
-        with contextlib.suppress(OSError):
-            os.ftruncate(handle, len(_LOCK_MARK))
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                os.ftruncate(handle, len(_LOCK_MARK))
     finally:
         os.close(handle)
 
@@ -77,7 +80,7 @@ def is_lock_file(path: Path) -> bool:
     except (OSError, ValueError):
         return False
     try:
-        return os.fstat(handle).st_size > 0 and _is_ours(handle)
+        return _mark(handle) == _LOCK_MARK
     finally:
         os.close(handle)
 
@@ -126,6 +129,17 @@ def empty_folder(path: Path) -> Iterator[Path]:
             path.rmdir()
 
 
+def _opened(path: Path) -> tuple[int, bool]:
+    """Return the handle of a lock file, and whether it was made now."""
+    how = os.O_RDWR | os.O_CREAT | _NOT_FOLLOWED
+    try:
+        with contextlib.suppress(FileExistsError):
+            return os.open(path, how | os.O_EXCL, 0o666), True
+        return os.open(path, how, 0o666), False
+    except (OSError, ValueError) as error:
+        raise DatasetError(_no_lock_file(path, error)) from None
+
+
 def _lock(handle: int, path: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -138,12 +152,11 @@ def _lock(handle: int, path: Path) -> None:
         ) from None
 
 
-def _is_ours(handle: int) -> bool:
-    """Whether an open file is empty, or marked as a lock file of simbench."""
+def _mark(handle: int) -> bytes:
+    """Return the beginning of a file; of a pipe or a device, other bytes than ours."""
     if not stat.S_ISREG(os.fstat(handle).st_mode):
-        return False
-    content = os.pread(handle, _LONGEST, 0)
-    return not content or content.startswith(_LOCK_MARK)
+        return b"no file"
+    return os.pread(handle, len(_LOCK_MARK), 0)
 
 
 def _no_lock_file(path: Path, error: OSError | ValueError) -> str:

@@ -46,7 +46,16 @@ def test_lock_of_another_process_is_refused_until_it_is_killed(tmp_path: Path) -
     assert lock.read_text() == "simbench lock\n"
 
 
-@pytest.mark.parametrize("text", ["", "simbench lock\n", "simbench lock\nprocess 1\n"])
+def test_empty_lock_file_serves_and_stays_empty(tmp_path: Path) -> None:
+    lock = tmp_path / ".lock"  # of version 0.2, or of another program
+    lock.touch()
+    with locked(lock), pytest.raises(DatasetError, match="another run is writing"):
+        locked(lock).__enter__()
+    assert lock.read_text() == ""
+    assert not is_lock_file(lock)
+
+
+@pytest.mark.parametrize("text", ["simbench lock\n", "simbench lock\nprocess 1\n"])
 def test_own_lock_file_is_used_again(tmp_path: Path, text: str) -> None:
     lock = tmp_path / ".lock"
     lock.write_text(text)
