@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from simbench.core.text import printable
 
 __all__ = [
@@ -20,9 +22,31 @@ _LONGEST = 300  # characters
 class SimbenchError(Exception):
     """An error the user can fix; its text is one line and needs no traceback."""
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What to print, one line a mistake."""
+        return (str(self),)
+
 
 class ScenarioError(SimbenchError):
-    """A scenario file or value that cannot be used."""
+    """A scenario file or value that cannot be used.
+
+    Parameters
+    ----------
+    message : str
+        The first mistake, in one line.
+    mistakes : iterable of str, optional
+        All mistakes, a line each, where there may be several.
+    """
+
+    def __init__(self, message: str, mistakes: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.mistakes = tuple(mistakes)
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What to print, one line a mistake."""
+        return self.mistakes or super().lines
 
 
 class TrafficError(SimbenchError):
