@@ -14,6 +14,7 @@ from simbench.core.box import gap
 from simbench.core.errors import ScenarioError
 from simbench.core.sequence import Truth
 from simbench.scenarios.schema import Dials, Scenario
+from simbench.scenarios.schema.view import require_renderable
 
 __all__ = [
     "MAX_ATTEMPTS",
@@ -199,6 +200,11 @@ def apply_direct_dials(scenario: Scenario) -> Scenario:
                 f"{scenario.name}: dials.resolution {dials.resolution} makes the "
                 f"picture {height} px high, expected at most {_MAX_HEIGHT_PX}"
             )
+        try:
+            width = changes["imaging"].get("width_px", scenario.imaging.width_px)
+            require_renderable(int(width), height, scenario.imaging.samples)
+        except ValueError as error:
+            raise ScenarioError(f"{scenario.name}: dials.resolution: {error}") from None
     ready = scenario.model_copy(
         update={
             part: getattr(scenario, part).model_copy(update=update)

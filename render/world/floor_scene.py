@@ -20,6 +20,7 @@ from simbench.render.world.mesh import (
 from simbench.render.world.static_scene import StaticScene
 from simbench.render.world.vegetation import plant
 from simbench.scenarios.schema import FloorPlan, Surroundings
+from simbench.scenarios.schema.road import BOARD_RATIO
 
 __all__ = ["floor_scene"]
 
@@ -31,7 +32,6 @@ _YARD: Colour = (0.47, 0.47, 0.45)
 _WALL: Colour = (0.74, 0.74, 0.71)
 _YARD_M = 700.0
 _JOINT_SHARE = 0.025
-_BOARD_RATIO = 8.0  # length over width
 _WALL_THICK_M = 0.06
 
 
@@ -94,7 +94,7 @@ def _floor(plan: FloorPlan, rng: np.random.Generator) -> list[Mesh]:
         colour, dark, shades = _WOOD, shaded(_WOOD, 0.62), (0.86, 1.1)
     parts = []
     for low, high in pairwise(_cuts(-half, half, width)):
-        step = width * _BOARD_RATIO if is_wood else width
+        step = width * BOARD_RATIO if is_wood else width
         first = rng.uniform(0.2, 1.0) * step if is_wood else 0.0
         parts.append(_rectangle((0.0, length), (low, low + joint), dark))
         for left, right in pairwise(_cuts(0.0, length, step, first)):

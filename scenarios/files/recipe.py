@@ -13,9 +13,10 @@ from pydantic import ValidationError
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.files.loading import expand_variants, read_raw_scenario
+from simbench.scenarios.files.mistake_lines import scenario_error
 from simbench.scenarios.files.samples import resolve_samples, samples_in
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.schema.strict_model import error_line
+from simbench.scenarios.schema.mistakes import mistakes_in
 from simbench.scenarios.schema.sumo_config import with_file_digests
 
 __all__ = ["Recipe", "load_recipe", "load_recipes"]
@@ -82,8 +83,11 @@ class Recipe:
         try:
             scenario = Scenario.model_validate(content)
         except ValidationError as error:
-            line = error_line(self.source, error)
-            raise ScenarioError(line + _sampled(line, values, seed)) from error
+            raise scenario_error(
+                self.source,
+                mistakes_in(error, Scenario),
+                lambda line: _sampled(line, values, seed),
+            ) from error
         if self.most_frames is None:
             return scenario
         return scenario.shortened(self.most_frames)

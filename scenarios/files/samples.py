@@ -19,13 +19,20 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from simbench.core.errors import ScenarioError
+from simbench.scenarios.files.mistake_lines import scenario_error
 from simbench.scenarios.schema import Scenario
-from simbench.scenarios.schema.strict_model import StrictModel, error_line, types_in
+from simbench.scenarios.schema.mistakes import (
+    Mistake,
+    Mistakes,
+    mistakes_in,
+    types_at,
+)
+from simbench.scenarios.schema.strict_model import StrictModel
 
 if TYPE_CHECKING:
     import numpy as np
@@ -151,10 +158,16 @@ def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
     """
     if is_sample(content):
         raise ScenarioError(f"{where}: a whole file cannot be a sample, only values")
-    for key in _FIXED_KEYS:
-        if is_sample(content.get(key)):
-            raise ScenarioError(f"{where}: {key} must not be a sample: it names files")
-    return {".".join(key): sample for key, sample in _walk(content, (), where)}
+    found: dict[Key, Any] = {}
+    mistakes = [
+        Mistake((key,), "must not be a sample: it names files")
+        for key in _FIXED_KEYS
+        if is_sample(content.get(key))
+    ]
+    mistakes += _walk(content, (), found)
+    if mistakes:
+        raise scenario_error(where, mistakes)
+    return {".".join(key): sample for key, sample in found.items()}
 
 
 def resolve_samples(
@@ -190,7 +203,10 @@ def resolve_samples(
     def resolved(value: Any, key: Key, depth: int = 0) -> Any:
         if is_sample(value):
             rng = _generator(seed, name, key, depth)
-            chosen = _parsed(value, key, where).sample(rng)
+            try:
+                chosen = _parsed(value, key).sample(rng)
+            except Mistakes as error:
+                raise scenario_error(where, error.mistakes) from error
             values[".".join(key)] = resolved(chosen, key, depth + 1)
             return values[".".join(key)]
         if isinstance(value, Mapping):
@@ -210,35 +226,38 @@ def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generato
     return np.random.default_rng([seed, word])
 
 
-def _walk(value: Any, key: Key, where: str) -> Iterator[tuple[Key, Any]]:
-    place = f"{where}: {'.'.join(key)}" if key else where
+def _walk(value: Any, key: Key, found: dict[Key, Any]) -> Iterator[Mistake]:
+    """Yield the mistakes in a value, and note the samples in it by key."""
     if is_sample(value):
-        sample = _parsed(value, key, where)
+        found[key] = value
+        try:
+            sample = _parsed(value, key)
+        except Mistakes as error:
+            yield from error.mistakes
+            return
         for choice in sample.choice if isinstance(sample, ChoiceSample) else ():
-            list(_walk(choice, key, where))
-        yield key, value
+            yield from _walk(choice, key, {})
     elif isinstance(value, Mapping):
         for part, one in value.items():
-            if not isinstance(part, str):
-                raise ScenarioError(f"{place}: unknown key {part!r}")
-            yield from _walk(one, (*key, part), where)
+            if isinstance(part, str):
+                yield from _walk(one, (*key, part), found)
+            else:
+                yield Mistake(key, f"unknown key {part!r:.60}")
     elif isinstance(value, list):
         for at, one in enumerate(value):
-            yield from _walk(one, (*key, str(at)), where)
+            yield from _walk(one, (*key, str(at)), found)
     elif isinstance(value, float) and not math.isfinite(value):
-        raise ScenarioError(f"{place}: must be finite, got {value}")
+        yield Mistake(key, f"must be finite, got {value}")
 
 
-def _parsed(
-    value: Mapping[str, Any], key: Key, where: str
-) -> RangeSample | ChoiceSample:
+def _parsed(value: Mapping[str, Any], key: Key) -> RangeSample | ChoiceSample:
     kind: type[RangeSample | ChoiceSample] = ChoiceSample
     if "range" in value:
         kind = WholeRangeSample if takes_whole_numbers(key) else RangeSample
     try:
         return kind.model_validate(value)
     except ValidationError as error:
-        raise ScenarioError(error_line(where, error, key)) from error
+        raise Mistakes(mistakes_in(error, kind, key)) from error
 
 
 def takes_whole_numbers(key: Key) -> bool:
@@ -251,22 +270,8 @@ def takes_whole_numbers(key: Key) -> bool:
     >>> takes_whole_numbers(("road", "sections", "0", "length_m"))
     False
     """
-    allowed: set[Any] = {Scenario}
-    for part in key:
-        allowed = {inner for outer in allowed for inner in _types_at(outer, part)}
+    allowed = types_at(Scenario, key)
     return int in allowed and float not in allowed
-
-
-def _types_at(outer: Any, part: str) -> Iterator[Any]:
-    """Return the types that a part of a value of type ``outer`` may have."""
-    if get_origin(outer) is dict:
-        yield from types_in(get_args(outer)[1])
-    elif get_origin(outer) in (tuple, list):
-        for argument in get_args(outer):
-            yield from types_in(argument)
-    elif isinstance(outer, type) and issubclass(outer, BaseModel):
-        if part in outer.model_fields:
-            yield from types_in(outer.model_fields[part].annotation)
 
 
 def schema_with_samples() -> dict[str, Any]:

@@ -16,12 +16,16 @@ import re
 from typing import Any
 
 from simbench.core.errors import ScenarioError
+from simbench.scenarios.files.mistake_lines import scenario_error
 from simbench.scenarios.files.samples import is_sample
+from simbench.scenarios.schema.mistakes import Mistake, Mistakes, did_you_mean
 
 __all__ = ["KEY", "apply_variant", "variant_names"]
 
 KEY = "variants"
 """Key of the variants in a scenario file."""
+
+Key = tuple[str, ...]
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,63}")
 _FIXED_KEYS = ("name", "tests", "variant", KEY)  # they identify the scenario
@@ -46,21 +50,22 @@ def variant_names(content: dict[str, Any], where: str) -> list[str]:
     if variants is None:
         return []
     if not isinstance(variants, dict):
-        raise ScenarioError(
-            f"{where}: {KEY}: expected a mapping of names to changes, got "
-            f"{type(variants).__name__}"
-        )
+        text = f"expected a mapping of names to changes, got {type(variants).__name__}"
+        raise scenario_error(where, [Mistake((KEY,), text)])
+    mistakes = []
     for name, changes in variants.items():
         if not isinstance(name, str) or not _NAME.fullmatch(name) or name == "all":
-            raise ScenarioError(
-                f"{where}: {KEY}: a name must consist of a-z, 0-9 and -, and not be "
-                f"'all', got {name!r}"
+            text = (
+                "a name must consist of a-z, 0-9 and -, and not be 'all', got "
+                f"{name!r:.60}"
             )
-        if not isinstance(changes, dict | None):
-            raise ScenarioError(
-                f"{where}: {KEY}.{name}: expected a mapping of keys to values, got "
-                f"{type(changes).__name__}"
-            )
+            mistakes.append(Mistake((KEY,), text))
+        elif not isinstance(changes, dict | None):
+            kind = type(changes).__name__
+            text = f"expected a mapping of keys to values, got {kind}"
+            mistakes.append(Mistake((KEY, name), text))
+    if mistakes:
+        raise scenario_error(where, mistakes)
     return list(variants)
 
 
@@ -93,22 +98,29 @@ def apply_variant(content: dict[str, Any], variant: str, where: str) -> dict[str
         return result
     if variant not in names:
         existing = f"there are {names}" if names else "it has none"
-        raise ScenarioError(f"{where}: unknown variant {variant!r}: {existing}")
-    place = f"{where}: {KEY}.{variant}"
-    changes = _nested(variants[variant] or {}, place)
-    for key in _FIXED_KEYS:
-        if key in changes:
-            raise ScenarioError(f"{place}: a variant must not change {key}")
+        hint = did_you_mean(variant, names)
+        raise ScenarioError(
+            f"{where}: unknown variant {variant[:60]!r}{hint}: {existing}"
+        )
+    place = KEY, variant
+    try:
+        changes = _nested(variants[variant] or {}, place)
+    except Mistakes as error:
+        raise scenario_error(where, error.mistakes) from None
+    fixed = [key for key in _FIXED_KEYS if key in changes]
+    if fixed:
+        mistakes = [Mistake(place, f"a variant must not change {key}") for key in fixed]
+        raise scenario_error(where, mistakes)
     _merge(result, changes)
     return result | {"variant": variant}
 
 
-def _nested(changes: dict[Any, Any], place: str) -> dict[str, Any]:
+def _nested(changes: dict[Any, Any], place: Key) -> dict[str, Any]:
     """Split dotted keys into nested mappings; refuse two values for one key."""
     nested: dict[str, Any] = {}
     for key, value in changes.items():
         if isinstance(value, dict):
-            value = _nested(value, f"{place}.{key}")
+            value = _nested(value, (*place, str(key)))
         first, *parts = str(key).split(".")
         for part in reversed(parts):
             value = {part: value}
@@ -116,14 +128,14 @@ def _nested(changes: dict[Any, Any], place: str) -> dict[str, Any]:
     return nested
 
 
-def _join(known: dict[str, Any], new: dict[str, Any], place: str) -> None:
+def _join(known: dict[str, Any], new: dict[str, Any], place: Key) -> None:
     for key, value in new.items():
         if key not in known:
             known[key] = value
         elif isinstance(known[key], dict) and isinstance(value, dict):
-            _join(known[key], value, f"{place}.{key}")
+            _join(known[key], value, (*place, key))
         else:
-            raise ScenarioError(f"{place}.{key}: is given twice")
+            raise Mistakes([Mistake((*place, key), "is given twice")])
 
 
 def _merge(content: dict[str, Any], changes: dict[str, Any]) -> None:

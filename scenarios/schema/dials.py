@@ -7,6 +7,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from simbench.scenarios.schema.mistakes import did_you_mean
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = ["DIAL_NAMES", "Dials", "Distractors", "Occlusion"]
@@ -47,6 +48,7 @@ class Distractors(StrictModel):
     gap_px: float | None = Field(
         default=None,
         ge=0,
+        le=1e4,
         description="Maximum of the least gap between the boxes; 0: they touch.",
     )
 
@@ -55,10 +57,13 @@ class Dials(StrictModel):
     """Effects that a scenario requests in the picture; null: not requested."""
 
     displacement_px: float | None = Field(
-        default=None, gt=0, description="Median displacement between frames."
+        default=None, gt=0, le=1e4, description="Median displacement between frames."
     )
     target_px: float | None = Field(
-        default=None, gt=0, description="Median height of the target's amodal box."
+        default=None,
+        gt=0,
+        le=1e4,
+        description="Median height of the target's amodal box.",
     )
     occlusion: Occlusion | None = None
     distractors: Distractors | None = None
@@ -119,7 +124,8 @@ class Dials(StrictModel):
         for name, value in settings.items():
             if name not in DIAL_NAMES:
                 raise ValueError(
-                    f"{name!r} is no dial; there are {', '.join(DIAL_NAMES)}"
+                    f"{name!r} is no dial{did_you_mean(name, DIAL_NAMES)}; there are "
+                    f"{', '.join(DIAL_NAMES)}"
                 )
             group, _, part = name.rpartition(".")
             (content.setdefault(group, {}) if group else content)[part] = value

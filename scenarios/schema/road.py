@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from simbench.scenarios.schema.mistakes import Mistake, Mistakes
 from simbench.scenarios.schema.strict_model import StrictModel
 from simbench.scenarios.schema.sumo_config import (
     SumoFiles,
@@ -15,6 +16,7 @@ from simbench.scenarios.schema.sumo_config import (
 )
 
 __all__ = [
+    "BOARD_RATIO",
     "AnyRoad",
     "Floor",
     "FloorPlan",
@@ -25,19 +27,28 @@ __all__ = [
 ]
 
 
+BOARD_RATIO = 8.0
+"""Length of a floor's board over its width."""
+_MOST_PIECES = 10_000
+
+
 class RoadSection(StrictModel):
     """A stretch of road of one curvature and one slope."""
 
     length_m: float = Field(gt=0, le=10_000, description="Length along the road.")
     curve_radius_m: float | None = Field(
-        default=None, description="Signed radius, left positive; null for straight."
+        default=None,
+        ge=-1e6,
+        le=1e6,
+        description="Signed radius, left positive; null for straight.",
     )
     slope_percent: float = Field(default=0.0, ge=-12, le=12, description="Rise.")
 
     @model_validator(mode="after")
     def _radius_is_drivable(self) -> Self:
         if self.curve_radius_m is not None and abs(self.curve_radius_m) < 60:
-            raise ValueError("curve_radius_m must be at least 60 either way")
+            text = f"must be at least 60 either way, got {self.curve_radius_m:g}"
+            raise Mistakes([Mistake(("curve_radius_m",), text)])
         return self
 
 
@@ -76,6 +87,21 @@ class FloorPlan(StrictModel):
         default=0.4, ge=0, le=20, description="Height of the walls; 0 for none."
     )
 
+    @model_validator(mode="after")
+    def _pieces_can_be_rendered(self) -> Self:
+        if self.pattern == "plain":
+            return self
+        pieces = self.length_m * self.width_m / self.piece_m**2
+        pieces /= BOARD_RATIO if self.pattern == "boards" else 1
+        if pieces > _MOST_PIECES:
+            text = (
+                f"expected at most {_MOST_PIECES} {self.pattern} on "
+                f"{self.length_m:g} x {self.width_m:g} m, got {pieces:.0f} of "
+                f"{self.piece_m:g} m"
+            )
+            raise Mistakes([Mistake(("piece_m",), text)])
+        return self
+
 
 class Floor(StrictModel):
     """A floor on which balls roll and bounce."""
@@ -89,16 +115,22 @@ class SumoRoad(StrictModel):
     Paths are relative to the scenario file; ``library:NAME`` ships with simbench.
     """
 
-    sumo: str = Field(description="A .sumocfg, or a .net.xml (with routes).")
-    routes: str | None = Field(default=None, description="Routes of a .net.xml.")
+    sumo: str = Field(
+        max_length=4096, description="A .sumocfg, or a .net.xml (with routes)."
+    )
+    routes: str | None = Field(
+        default=None, max_length=4096, description="Routes of a .net.xml."
+    )
     begin_s: float | None = Field(
-        default=None, ge=0, description="SUMO time; null: as configured, or 0."
+        default=None, ge=0, le=1e7, description="SUMO time; null: as configured, or 0."
     )
     search_s: float = Field(
         default=120, gt=0, le=3600, description="Simulated time of the search."
     )
     content: str = Field(
-        default="", description="SHA-256 of the files; filled in when they are read."
+        default="",
+        max_length=64,
+        description="SHA-256 of the files; filled in when they are read.",
     )
 
     @model_validator(mode="before")
@@ -152,11 +184,15 @@ class Place(StrictModel):
     In network coordinates it does not move when the camera follows the target.
     """
 
-    along_m: float = 0.0
-    lateral_m: float = 0.0
-    height_m: float = Field(default=0.0, ge=0)
-    x_m: float | None = Field(default=None, description="SUMO network: east.")
-    y_m: float | None = Field(default=None, description="SUMO network: north.")
+    along_m: float = Field(default=0.0, ge=-1e6, le=1e6)
+    lateral_m: float = Field(default=0.0, ge=-1e5, le=1e5)
+    height_m: float = Field(default=0.0, ge=0, le=1e4)
+    x_m: float | None = Field(
+        default=None, ge=-1e7, le=1e7, description="SUMO network: east."
+    )
+    y_m: float | None = Field(
+        default=None, ge=-1e7, le=1e7, description="SUMO network: north."
+    )
 
     @model_validator(mode="after")
     def _has_one_coordinate_system(self) -> Self:

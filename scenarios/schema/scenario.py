@@ -13,14 +13,17 @@ from pydantic import ConfigDict, Field, ValidationError, model_validator
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.schema.dials import Dials
 from simbench.scenarios.schema.light import Light
+from simbench.scenarios.schema.mistakes import mistakes_in
 from simbench.scenarios.schema.road import AnyRoad, Road, SumoRoad
 from simbench.scenarios.schema.road_checks import require_parts_fit
 from simbench.scenarios.schema.scenery import Occluder, Surroundings
-from simbench.scenarios.schema.strict_model import StrictModel, error_line
+from simbench.scenarios.schema.strict_model import StrictModel
 from simbench.scenarios.schema.traffic import ScriptedVehicle, Target, Traffic
 from simbench.scenarios.schema.view import CameraSettings, Imaging
 
 __all__ = ["Scenario", "Seeds"]
+
+_LARGEST_SEED = 2**63 - 1
 
 VehicleT = TypeVar("VehicleT", Target, ScriptedVehicle)
 
@@ -28,9 +31,9 @@ VehicleT = TypeVar("VehicleT", Target, ScriptedVehicle)
 class Seeds(StrictModel):
     """Fixed seeds; null: the seed of the run."""
 
-    traffic: int | None = Field(default=None, ge=0)
-    looks: int | None = Field(default=None, ge=0)
-    sensor: int | None = Field(default=None, ge=0)
+    traffic: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
+    looks: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
+    sensor: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
 
 
 class Scenario(StrictModel):
@@ -51,7 +54,9 @@ class Scenario(StrictModel):
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9-]{0,63}$")
     title: str = Field(min_length=1, max_length=100)
-    tests: str = Field(min_length=1, description="What it tests, in one line.")
+    tests: str = Field(
+        min_length=1, max_length=1000, description="What it tests, in one line."
+    )
     variant: str = Field(
         default="", max_length=200, description="Which of several of that name."
     )
@@ -131,7 +136,10 @@ class Scenario(StrictModel):
         try:
             dials = self.dials.with_values(settings)
         except ValidationError as error:
-            raise ScenarioError(error_line(self.name, error, ("dials",))) from None
+            lines = [
+                f"{self.name}: {one}" for one in mistakes_in(error, Dials, ("dials",))
+            ]
+            raise ScenarioError(lines[0], lines) from None
         except ValueError as error:
             raise ScenarioError(f"{self.name}: {error}") from None
         return self.model_copy(update={"dials": dials})

@@ -19,8 +19,8 @@ class Occluder(StrictModel):
     """
 
     kind: Literal["pole", "sign", "gantry", "tree", "lamp"] = "pole"
-    along_m: float | None = None
-    lateral_m: float | None = None
+    along_m: float | None = Field(default=None, ge=-1e6, le=1e6)
+    lateral_m: float | None = Field(default=None, ge=-1e5, le=1e5)
     hides_at_s: float | None = Field(default=None, ge=0, le=600)
     distance_m: float | None = Field(default=None, gt=0.5, le=2000)
     width_m: float = Field(default=0.3, gt=0.002, le=60, description="Occluding part.")

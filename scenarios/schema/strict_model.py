@@ -1,32 +1,14 @@
-"""Base class of every part of a scenario file, and one-line validation messages."""
+"""Base class of every part of a scenario file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator
 
-__all__ = ["ROAD_TAGS", "StrictModel", "error_line", "types_in"]
-
-ROAD_TAGS = ("<carriageway>", "<floor>", "<network>")
-"""Tags of the kinds of road: part of pydantic's error locations, not of files."""
-
-_MESSAGES = {
-    "extra_forbidden": "unknown key",
-    "missing": "is required but missing",
-    "model_type": "must be a mapping of keys to values",
-    "dict_type": "must be a mapping of keys to values",
-    "tuple_type": "must be a list",
-}
+__all__ = ["StrictModel", "types_in"]
 
 
 class StrictModel(BaseModel):
@@ -41,7 +23,7 @@ class StrictModel(BaseModel):
         allowed = set(types_in(cls.model_fields[str(info.field_name)].annotation))
         is_convertible = isinstance(value, bool | str) and type(value) not in allowed
         if is_convertible and allowed & {int, float}:
-            raise ValueError("must be a number")
+            raise ValueError("expected a number")
         return value
 
 
@@ -65,28 +47,3 @@ def types_in(annotation: Any) -> Iterator[Any]:
             yield from types_in(argument)
     else:
         yield annotation
-
-
-def error_line(
-    where: str | Path, error: ValidationError, key: tuple[str, ...] = ()
-) -> str:
-    """Return the first validation error in one line, and how many more there are.
-
-    Parameters
-    ----------
-    where : str or Path
-        File or scenario, at the start of the line.
-    error : pydantic.ValidationError
-    key : tuple of str
-        Key of what was validated, if it is part of a scenario.
-    """
-    first = error.errors()[0]
-    location = [*key, *(str(part) for part in first["loc"] if part not in ROAD_TAGS)]
-    default = first["msg"].removeprefix("Value error, ")
-    message = _MESSAGES.get(first["type"], default)
-    value = first["input"]
-    shown = "" if isinstance(value, dict | list) else f", got {value!r:.62}"
-    more = error.error_count() - 1
-    rest = f" (and {more} more)" if more else ""
-    place = ": ".join(filter(None, [str(where), ".".join(location)]))
-    return " ".join(f"{place}: {message}{shown}{rest}".split())

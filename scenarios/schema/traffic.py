@@ -24,7 +24,7 @@ class Traffic(StrictModel):
     """Random vehicles around the target."""
 
     density_per_km_lane: float = Field(default=10, ge=0, le=30)
-    mix: dict[RoadClass, Annotated[float, Field(ge=0, strict=True)]] = Field(
+    mix: dict[RoadClass, Annotated[float, Field(ge=0, le=1e9, strict=True)]] = Field(
         default={
             "car": 0.55,
             "suv": 0.15,
@@ -45,7 +45,7 @@ class Traffic(StrictModel):
     @model_validator(mode="after")
     def _mix_has_weight(self) -> Self:
         if self.density_per_km_lane > 0 and sum(self.mix.values()) <= 0:
-            raise ValueError("mix must give some class a weight above 0")
+            raise ValueError("mix must give some class a weight above 0, got none")
         return self
 
 
@@ -55,19 +55,30 @@ class TargetRule(StrictModel):
     The sequence starts at the first time at which a vehicle meets all conditions.
     """
 
-    id: str | None = Field(default=None, description="The vehicle's id in SUMO.")
+    id: str | None = Field(
+        default=None, max_length=1000, description="The vehicle's id in SUMO."
+    )
     vehicle_class: RoadClass | None = None
     colour: PaintName | None = Field(default=None, description="Or the nearest to it.")
-    edge: str | None = Field(default=None, description="Edge at the start.")
-    at_m: float = Field(default=0, ge=0, description="Least place along its edge.")
-    lane: int | None = Field(default=None, ge=0, description="From the right.")
+    edge: str | None = Field(
+        default=None, max_length=1000, description="Edge at the start."
+    )
+    at_m: float = Field(
+        default=0, ge=0, le=1e5, description="Least place along its edge."
+    )
+    lane: int | None = Field(default=None, ge=0, le=63, description="From the right.")
     changes_lane: bool | None = Field(
         default=None, description="Whether it starts a lane change within within_s."
     )
-    within_s: float = Field(default=5, gt=0, description="From the start.")
-    after_s: float = Field(default=0, ge=0, description="Earliest simulated time.")
+    within_s: float = Field(default=5, gt=0, le=3600, description="From the start.")
+    after_s: float = Field(
+        default=0, ge=0, le=14_400, description="Earliest simulated time."
+    )
     lasts_s: float | None = Field(
-        default=None, gt=0, description="Least time on the road; null: the sequence's."
+        default=None,
+        gt=0,
+        le=14_400,
+        description="Least time on the road; null: the sequence's.",
     )
 
 
@@ -102,7 +113,9 @@ class Target(StrictModel):
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
     ball: Ball | None = Field(default=None, description="On a floor: the only key.")
     id: str | None = Field(
-        default=None, description="In a SUMO network: short for choose: {id}."
+        default=None,
+        max_length=1000,
+        description="In a SUMO network: short for choose: {id}.",
     )
     choose: TargetRule | None = Field(
         default=None, description="In a SUMO network: the only key."
@@ -141,7 +154,9 @@ class ScriptedVehicle(StrictModel):
     vehicle_class: RoadClass = "car"
     colour: PaintName = "red"
     lane: int = Field(default=0, ge=0, le=5)
-    ahead_m: float = Field(description="Distance ahead of the target in frame 0.")
+    ahead_m: float = Field(
+        ge=-1e6, le=1e6, description="Distance ahead of the target in frame 0."
+    )
     speed_mps: float = Field(default=28, ge=0, le=70)
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
 

@@ -7,10 +7,30 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from simbench.scenarios.schema.mistakes import Mistake, Mistakes
 from simbench.scenarios.schema.road import Place
 from simbench.scenarios.schema.strict_model import StrictModel
 
-__all__ = ["CameraSettings", "Imaging"]
+__all__ = ["CameraSettings", "Imaging", "require_renderable"]
+
+_MOST_SAMPLES = 2**26  # of one picture
+
+
+def require_renderable(width_px: int, height_px: int, samples: int) -> None:
+    """Refuse a picture with more samples than fit into a renderer's memory.
+
+    Raises
+    ------
+    Mistakes
+        If it has.
+    """
+    count = width_px * height_px * samples**2
+    if count > _MOST_SAMPLES:
+        text = (
+            f"expected at most {_MOST_SAMPLES} in a picture, got {count}: {samples} x "
+            f"{samples} for each of {width_px} x {height_px} px"
+        )
+        raise Mistakes([Mistake(("samples",), text)])
 
 
 class CameraSettings(StrictModel):
@@ -84,6 +104,11 @@ class Imaging(StrictModel):
         default=1.0, ge=1, le=16, description="Factor of resizing down and up."
     )
     jpeg_quality: int | None = Field(default=None, ge=1, le=100)
+
+    @model_validator(mode="after")
+    def _samples_can_be_rendered(self) -> Self:
+        require_renderable(self.width_px, self.height_px, self.samples)
+        return self
 
     @property
     def interval_s(self) -> float:

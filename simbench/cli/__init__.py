@@ -99,7 +99,7 @@ def execute(arguments: Sequence[str]) -> int:
             given = [*given[1:], "--help"]
         return app(given, prog_name="simbench", standalone_mode=False) or 0
     except SimbenchError as error:
-        return _report_error(*str(error).splitlines())
+        return _report_error(*error.lines)
     except typer.TyperException as error:
         return _report_error(usage_mistake(error, app))
     except (KeyboardInterrupt, typer.Abort):

@@ -94,7 +94,7 @@ def test_setting_one_dial_leaves_the_others() -> None:
         ({"occlusion.hidden": 1.5}, r"story: dials.occlusion.hidden: .* got 1.5$"),
         (
             {"displacement_px": "fast"},
-            r"story: dials.displacement_px: must be a number, got 'fast'$",
+            r"story: dials.displacement_px: expected a number, got 'fast'$",
         ),
     ],
 )

@@ -264,7 +264,7 @@ def test_a_ball_reverses_in_the_bouncing_scenario() -> None:
 @pytest.mark.parametrize(
     ("parts", "words"),
     [
-        pytest.param({"target": {}}, "target.ball is required", id="no ball"),
+        pytest.param({"target": {}}, "target.ball: is required", id="no ball"),
         pytest.param(
             {"target": {"ball": {}, "lane": 0}},
             "ball excludes other keys",
@@ -285,7 +285,7 @@ def test_a_ball_reverses_in_the_bouncing_scenario() -> None:
         ),
         pytest.param(
             {"target": {"ball": {"kicks": [{"at_s": 9, "speed_mps": 1}]}}},
-            "kicks.0.at_s must be at most 0.08",
+            "kicks.0.at_s: must be at most 0.08",
             id="late kick",
         ),
         pytest.param({"strangers": [{"ahead_m": 9}]}, "traffic.balls", id="stranger"),

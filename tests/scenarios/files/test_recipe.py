@@ -146,18 +146,20 @@ def test_shortened_recipe_limits_the_sampled_frames() -> None:
     [
         pytest.param({"range": [1]}, "range: .* at least 2 items", id="one end"),
         pytest.param({"range": [1, 2, 3]}, "range: .* at most 2", id="three ends"),
-        pytest.param({"range": 3}, "range: must be a list", id="no list"),
+        pytest.param({"range": 3}, "range: expected a list", id="no list"),
         pytest.param({"range": [2, 1]}, r"must not fall, got \[2, 1\]", id="falling"),
         pytest.param(
             {"range": ["a", "b"]}, r"range\.0: .* number, got 'a'", id="words"
         ),
-        pytest.param({"range": [0, True]}, r"range\.1: .* valid number", id="boolean"),
+        pytest.param({"range": [0, True]}, r"range\.1: .* number", id="boolean"),
         pytest.param({"range": [0, float("nan")]}, r"range\.1: .* finite", id="nan"),
-        pytest.param({"range": [0, 10**400]}, r"range\.1: .* valid number", id="huge"),
+        pytest.param({"range": [0, 10**90]}, r"range\.1: .* at most 1e\+15", id="huge"),
         pytest.param(
             {"range": [0, 1], "log": True}, "above 0 where log", id="log of 0"
         ),
-        pytest.param({"range": [1, 2], "log": 1}, "log: .* boolean, got 1", id="log"),
+        pytest.param(
+            {"range": [1, 2], "log": 1}, "log: .* true or false, got 1", id="log"
+        ),
         pytest.param(
             {"range": [1, 2], "weights": [1]}, "weights: unknown key", id="mixture"
         ),
@@ -165,7 +167,7 @@ def test_shortened_recipe_limits_the_sampled_frames() -> None:
             {"range": [1, 2], "choice": [1]}, "choice: unknown key", id="both"
         ),
         pytest.param({"choice": []}, "choice: .* at least 1 item", id="no choice"),
-        pytest.param({"choice": "red"}, "choice: must be a list", id="a word"),
+        pytest.param({"choice": "red"}, "choice: expected a list", id="a word"),
         pytest.param(
             {"choice": [1, 2], "weights": [1]}, "weights must be 2 numbers", id="few"
         ),
@@ -176,7 +178,9 @@ def test_shortened_recipe_limits_the_sampled_frames() -> None:
             {"choice": [1, 2], "weights": [0, 0]}, "must not all be 0", id="no weight"
         ),
         pytest.param(
-            {"choice": [1, {"range": 3}]}, "range: must be a list", id="within a choice"
+            {"choice": [1, {"range": 3}]},
+            "range: expected a list",
+            id="within a choice",
         ),
         pytest.param({"choice": [1, float("nan")]}, "must be finite", id="nan in it"),
         pytest.param({"choice": [{1: 2}]}, "unknown key 1", id="key that is no word"),
@@ -189,7 +193,7 @@ def test_invalid_sample_is_an_error_in_one_line_with_its_key(
     with pytest.raises(ScenarioError) as caught:
         load_recipe(path)
     message = str(caught.value)
-    assert re.match(rf"{path}: target\.speed_mps[.:].*{words}", message), message
+    assert re.match(rf"{path}:\d+: target\.speed_mps[.:].*{words}", message), message
     assert "\n" not in message
 
 
@@ -206,7 +210,7 @@ def test_file_that_is_one_sample_is_refused_in_one_line(tmp_path: Path) -> None:
 def test_range_of_a_whole_number_must_be_whole(tmp_path: Path) -> None:
     path = _file(tmp_path, frames={"range": [2.5, 9]})
     with pytest.raises(
-        ScenarioError, match=r"frames\.range\.0: .* valid integer, got 2\.5"
+        ScenarioError, match=r"frames\.range\.0: .* a whole number, got 2\.5"
     ):
         load_recipe(path)
 
@@ -214,7 +218,7 @@ def test_range_of_a_whole_number_must_be_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize("key", ["name", "variant"])
 def test_name_and_variant_cannot_be_sampled(tmp_path: Path, key: str) -> None:
     path = _file(tmp_path, **{key: {"choice": ["one", "two"]}})
-    with pytest.raises(ScenarioError, match=f"{key} must not be a sample"):
+    with pytest.raises(ScenarioError, match=f"{key}: must not be a sample"):
         load_recipe(path)
 
 
@@ -237,7 +241,7 @@ def test_sampled_values_that_are_invalid_together_are_named() -> None:
     with pytest.raises(ScenarioError) as caught:
         recipe.scenario(7)
     assert str(caught.value) == (
-        "mine.yaml: target.lane must be below road.lanes = 2, got 3 "
+        "mine.yaml: target.lane: must be below road.lanes = 2, got 3 "
         "(seed 7 sampled target.lane = 3)"
     )
 
@@ -246,7 +250,7 @@ def test_mistake_beside_the_samples_is_found_when_the_file_is_read(
     tmp_path: Path,
 ) -> None:
     path = _file(tmp_path, target=_target(speed_mps={"range": [1, 2]}), lanes=3)
-    with pytest.raises(ScenarioError, match=f"{path}: lanes: unknown key"):
+    with pytest.raises(ScenarioError, match=rf"{path}:\d+: lanes: unknown key"):
         load_recipe(path)
 
 
@@ -269,7 +273,7 @@ def test_sample_with_some_valid_values_is_no_mistake_of_the_file(
 
 def test_load_scenario_refuses_samples_in_one_line(tmp_path: Path) -> None:
     path = _file(tmp_path, frames={"range": [3, 4]})
-    with pytest.raises(ScenarioError, match=r"frames is sampled for each seed"):
+    with pytest.raises(ScenarioError, match=r"frames: is sampled for each seed"):
         load_scenario(path)
 
 
