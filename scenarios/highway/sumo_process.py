@@ -24,6 +24,7 @@ import libsumo
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.errors import TrafficError
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.kinematics import STEP_S
@@ -47,7 +48,11 @@ def run_request(simulate: Callable[[dict[str, Any]], dict[str, Any]]) -> int:
     answer = Path(sys.argv[1]).resolve()
     try:
         recording = simulate(request)
-    except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+    except (
+        libsumo.TraCIException,
+        libsumo.FatalTraCIError,
+        TrafficError,
+    ) as error:
         print(f"Error: {error}", file=sys.stderr)
         return 1
     np.savez(answer, **recording)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.errors import TrafficError
 from simbench.core.trajectories import VehicleClass
 from simbench.scenarios.highway.kinematics import smooth_lane
 from simbench.scenarios.network.shapes import Network
@@ -29,6 +30,7 @@ _CLASSES: dict[str, VehicleClass] = {
     "truck": "truck",
 }
 _LONG_M, _LORRY_M, _VAN_M, _SHORT_M, _TALL_M = 12.0, 7.0, 5.5, 3.0, 1.7
+_LARGEST_M = 1000.0
 CENTRED_M = 1e-3
 """A vehicle within this distance of the middle of its lane is not changing lanes."""
 
@@ -162,6 +164,15 @@ class RecordedVehicle:
         return smooth
 
 
+def _size(value: float) -> float:
+    """Return a size that SUMO accepts for a vehicle, if it has a body of it."""
+    if not 0.0 < value <= _LARGEST_M:
+        raise TrafficError(
+            f"expected vehicles of sizes up to {_LARGEST_M:g} m, got one of {value:g} m"
+        )
+    return float(value)
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """All vehicles of a run in order of appearance, and its number of steps."""
@@ -179,6 +190,11 @@ class Recording:
             As `simbench.scenarios.network.sumo_process` writes it.
         network : Network
             For the lanes' edges and widths.
+
+        Raises
+        ------
+        TrafficError
+            If a vehicle has no possible size.
         """
         lanes = [network.lanes[name] for name in raw["lanes"].tolist()]
         edges = tuple(lane.edge for lane in lanes)
@@ -192,7 +208,9 @@ class Recording:
         for number, looks in enumerate(json.loads(str(raw["looks"]))):
             rows = order[bounds[number] : bounds[number + 1]]
             lane = raw["lane"][rows].astype(np.int64)
-            length, height = float(looks["length"]), float(looks["height"])
+            length, width, height = (
+                _size(looks[key]) for key in ("length", "width", "height")
+            )
             vehicles.append(
                 RecordedVehicle(
                     name=str(raw["names"][number]),
@@ -200,7 +218,7 @@ class Recording:
                         looks["vehicle_class"], looks["shape"], length, height
                     ),
                     length=length,
-                    width=float(looks["width"]),
+                    width=width,
                     height=height,
                     colour=tuple(looks["colour"]) if looks["colour"] else None,
                     steps=raw["step"][rows].astype(np.int64),

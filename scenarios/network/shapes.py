@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import ScenarioError
-from simbench.scenarios.schema.sumo_config import NOT_XML, open_text
+from simbench.scenarios.schema.sumo_scan import read_xml
 
 __all__ = ["Junction", "Lane", "LaneKind", "Network", "read_network"]
 
 LaneKind = Literal["road", "inside", "path", "other"]
 
 _DEFAULT_WIDTH_M = 3.2
+_FARTHEST_M = 1e7  # of any point, as in UTM
+_LONGEST_M = 100_000.0  # of a lane
+_MOST_POINTS = 10_000  # of a shape
+_MOST_LANES = 63  # of an edge
 _FOOT = {"pedestrian", "bicycle", "wheelchair"}
 _OFF_ROAD = {"tram", "rail", "rail_urban", "rail_electric", "rail_fast", "ship"}
 _OFF_ROAD |= {"subway", "cable_car", "aircraft", "drone", "container"}
@@ -108,8 +111,7 @@ def read_network(path: Path) -> Network:
         If it is broken, or has no lane.
     """
     try:
-        with open_text(path) as file:
-            root = ET.parse(file).getroot()
+        root = ET.fromstring(read_xml(path))
         connections: dict[str, set[str]] = {}
         for one in root.iter("connection"):
             start = f"{one.attrib['from']}_{one.attrib['fromLane']}"
@@ -127,7 +129,7 @@ def read_network(path: Path) -> Network:
             edge.get("id", ""): kinds.get(edge.get("to", ""), "")
             for edge in root.iter("edge")
         }
-    except NOT_XML as error:
+    except (ET.ParseError, LookupError, ValueError) as error:
         raise ScenarioError(f"{path}: is not a usable network: {error}") from error
     if not lanes:
         raise ScenarioError(f"{path}: is not a usable network: it has no lane")
@@ -143,10 +145,10 @@ def _lanes(edge: ET.Element, connections: dict[str, set[str]]) -> list[Lane]:
         Lane(
             name=one.attrib["id"],
             edge=name,
-            index=int(one.attrib["index"]),
+            index=int(_within(one.attrib["index"], 0, _MOST_LANES)),
             kind=_kind(one, function),
-            width=_finite(one.get("width", _DEFAULT_WIDTH_M)),
-            speed=_finite(one.attrib["speed"]),
+            width=_within(one.get("width", _DEFAULT_WIDTH_M), 0.01, 200.0),
+            speed=_within(one.attrib["speed"], 0.0, 1000.0),
             shape=_shape(one),
             leads_to=frozenset(connections.get(f"{name}_{one.attrib['index']}", ())),
         )
@@ -166,12 +168,27 @@ def _kind(lane: ET.Element, function: str) -> LaneKind:
 
 def _shape(element: ET.Element) -> NDArray[np.float64]:
     points = [point.split(",") for point in element.attrib["shape"].split()]
-    rows = [[*map(_finite, point), 0.0][:3] for point in points]
-    return np.array(rows, dtype=np.float64)
+    if len(points) > _MOST_POINTS:
+        raise ValueError(
+            f"{element.get('id')}: expected at most {_MOST_POINTS} points of a shape, "
+            f"got {len(points)}"
+        )
+    rows = [[*map(_coordinate, point), 0.0][:3] for point in points]
+    shape = np.array(rows, dtype=np.float64)
+    if np.any(np.ptp(shape, axis=0) > _LONGEST_M):
+        raise ValueError(
+            f"{element.get('id')}: expected a shape of at most {_LONGEST_M:g} m, got "
+            f"{np.ptp(shape, axis=0).max():g} m"
+        )
+    return shape
 
 
-def _finite(text: str | float) -> float:
+def _coordinate(text: str) -> float:
+    return _within(text, -_FARTHEST_M, _FARTHEST_M)
+
+
+def _within(text: str | float, low: float, high: float) -> float:
     number = float(text)
-    if not math.isfinite(number):
-        raise ValueError(f"expected finite numbers, got {text}")
+    if not low <= number <= high:
+        raise ValueError(f"expected numbers from {low:g} to {high:g}, got {text!s:.60}")
     return number

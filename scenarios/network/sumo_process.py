@@ -15,9 +15,11 @@ from typing import Any
 import libsumo
 import numpy as np
 
+from simbench.core.errors import TrafficError
 from simbench.scenarios.highway.kinematics import STEP_S
 from simbench.scenarios.highway.sumo_process import run_request, sumo_command
 
+_MOST_ROWS = 5_000_000  # of 80 bytes
 _DEFAULT_COLOUR = (255, 255, 0)  # SUMO's yellow where no colour is given
 _COLUMNS = "step vehicle lane x y z angle slope along aside".split()
 
@@ -44,6 +46,7 @@ def _record(request: dict[str, Any]) -> dict[str, Any]:
     looks = []
     lanes: dict[str, int] = {}
     table = []
+    recorded = 0
     steps = round(request["duration_s"] / STEP_S) + 2
     for step in range(steps):
         libsumo.simulationStep()
@@ -66,6 +69,13 @@ def _record(request: dict[str, Any]) -> dict[str, Any]:
                     libsumo.vehicle.getLanePosition(name),
                     libsumo.vehicle.getLateralLanePosition(name),
                 )
+            )
+        recorded += len(rows)
+        if recorded > _MOST_ROWS:
+            raise TrafficError(
+                f"expected at most {_MOST_ROWS} positions of vehicles, got more in "
+                f"{step * STEP_S:.0f} s of {request['duration_s']:.0f} s: shorten the "
+                "search (road.search_s) or the sequence, or thin the traffic"
             )
         table.append(np.array(rows, dtype=np.float64).reshape(-1, len(_COLUMNS)))
         if not rows and libsumo.simulation.getMinExpectedNumber() == 0:

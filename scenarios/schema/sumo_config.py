@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import json
 import os
+import re
 import xml.etree.ElementTree as ET
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
+
+from simbench.core.bounded_read import path_below, read_regular
+from simbench.core.errors import DatasetError
+from simbench.scenarios.schema.sumo_scan import (
+    LARGEST_XML,
+    MOST_VEHICLES,
+    SumoScan,
+    is_output,
+    read_xml,
+    scan_xml,
+)
 
 __all__ = [
-    "NOT_XML",
     "SumoFiles",
-    "open_text",
     "read_files",
     "with_absolute_paths",
     "with_file_digests",
 ]
 
-NOT_XML = (ET.ParseError, OSError, EOFError, LookupError, ValueError, zlib.error)
-"""Errors of reading XML that is damaged, compressed or in an unknown encoding."""
-
 _LIBRARY = "library:"
 _PATH_KEYS = ("sumo", "routes")
+_MOST_FILES = 100
 
 _FILE_OPTIONS = ("net-file", "route-files", "additional-files")
 _SYNONYMS = {
@@ -35,25 +41,30 @@ _SYNONYMS = {
     "routes": "route-files",
     "additional": "additional-files",
 }
-_TRAFFIC_OPTIONS = (
-    "begin",
-    "collision.action",
-    "collision.check-junctions",
-    "default.action-step-length",
-    "default.carfollowmodel",
-    "default.speeddev",
-    "ignore-junction-blocker",
-    "ignore-route-errors",
-    "lanechange.duration",
-    "lateral-resolution",
-    "max-depart-delay",
-    "no-internal-links",
-    "scale",
-    "step-method.ballistic",
-    "time-to-impatience",
-    "time-to-teleport",
-)
-"""Options of a configuration that influence the traffic; others (windows, outputs, step
+_NUMBER = r"-?\d+(?:\.\d+)?"
+_FLAG = "true or false", r"(?i:true|false|on|off|yes|no|1|0|x|t|f|-)", None
+_WORD = "a word", r"[A-Za-z][A-Za-z0-9_.-]*", None
+_TIME = "a number of seconds up to 1e7", rf"{_NUMBER}|(?:\d+:){{2,3}}\d+", 1e7
+_TRAFFIC_OPTIONS: dict[str, tuple[str, str, float | None]] = {
+    "begin": _TIME,
+    "collision.action": _WORD,
+    "collision.check-junctions": _FLAG,
+    "default.action-step-length": _TIME,
+    "default.carfollowmodel": _WORD,
+    "default.speeddev": ("a number up to 10", _NUMBER, 10.0),
+    "ignore-junction-blocker": _TIME,
+    "ignore-route-errors": _FLAG,
+    "lanechange.duration": _TIME,
+    "lateral-resolution": ("a number up to 100", _NUMBER, 100.0),
+    "max-depart-delay": _TIME,
+    "no-internal-links": _FLAG,
+    "scale": ("a number up to 100", r"\d+(?:\.\d+)?", 100.0),
+    "step-method.ballistic": _FLAG,
+    "time-to-impatience": _TIME,
+    "time-to-teleport": _TIME,
+}
+"""Options of a configuration that influence the traffic, by what is expected of their
+values, as text, pattern and largest number. Outputs are refused; others (windows, step
 length, seed) are ignored: many exist in SUMO's own programs only."""
 
 
@@ -114,15 +125,62 @@ def read_files(sumo: str, routes: str | None) -> SumoFiles:
         options = {"net-file": path.name, "route-files": relative}
     else:
         raise ValueError(f"expected a .sumocfg or a .net.xml, got {str(path)!r}")
-    digest = hashlib.sha256()
-    for name in _FILE_OPTIONS:
-        for part in _listed(options.get(name, "")):
-            content = _content(path.parent / part)
-            digest.update(hashlib.sha256(content).digest())
-    _require_network(path.parent / options["net-file"])
+    digest = _checked_files(path.parent, options)
     traffic = {key: value for key, value in options.items() if key not in _FILE_OPTIONS}
     digest.update(json.dumps(traffic, sort_keys=True).encode())
     return SumoFiles(path.parent, options, digest.hexdigest())
+
+
+def _checked_files(folder: Path, options: Mapping[str, str]) -> Any:
+    """Check every file that SUMO will read; return the hash of their contents."""
+    digest = hashlib.sha256()
+    vehicles, count = 0.0, 0
+    for option in _FILE_OPTIONS:
+        pending = [folder / name for name in _listed(options.get(option, ""))]
+        known = {*pending}
+        while pending:
+            path = pending.pop(0)
+            count += 1
+            if count > _MOST_FILES:
+                raise ValueError(f"{folder}: expected at most {_MOST_FILES} files")
+            content = _content(path)
+            key = hashlib.sha256(content).digest()
+            digest.update(key)
+            scan = _scan(path, key)
+            vehicles += scan.vehicles
+            more = [_included(path, *one) for one in scan.reads]
+            pending += [one for one in more if one not in known]
+            known.update(more)
+            if option == "net-file":
+                _require_network(path, scan)
+    vehicles *= float(options.get("scale", "1"))
+    if vehicles > MOST_VEHICLES:
+        raise ValueError(
+            f"{folder / options['net-file']}: expected routes of at most "
+            f"{MOST_VEHICLES} vehicles, got about {vehicles:.0f}"
+        )
+    return digest
+
+
+def _scan(path: Path, key: bytes) -> SumoScan:
+    """Scan a file, once for each content."""
+    if key not in _scanned:
+        while len(_scanned) >= _MOST_FILES:
+            del _scanned[next(iter(_scanned))]
+        _scanned[key] = scan_xml(path, read_xml(path))
+    return _scanned[key]
+
+
+_scanned: dict[bytes, SumoScan] = {}
+"""Scans by the SHA-256 of a file: the same scenario is read many times."""
+
+
+def _included(path: Path, element: str, name: str) -> Path:
+    """Return the path of a file that another one names, inside its folder."""
+    try:
+        return path_below(path.parent, name)
+    except DatasetError as error:
+        raise ValueError(f"{path}: {element}: {error}") from None
 
 
 def with_absolute_paths(road: Any, folder: Path) -> Any:
@@ -189,50 +247,58 @@ def _file_at(path: str) -> Path:
     return shipped / path.removeprefix(_LIBRARY)
 
 
-def open_text(path: Path) -> IO[bytes]:
-    """Open a file for reading, decompressed if its name ends in ``.gz``."""
-    if path.suffix == ".gz":
-        return cast("IO[bytes]", gzip.open(path, "rb"))
-    return path.open("rb")
-
-
 def _configured(path: Path) -> dict[str, str]:
-    content = _content(path)
-    try:
-        root = ET.fromstring(content)
-    except NOT_XML as error:
-        raise ValueError(f"{path} is not XML: {error}") from None
+    content = read_xml(path)
+    scan_xml(path, content)
     options = {}
-    for element in root.iter():
+    for element in ET.fromstring(content).iter():
         name = _SYNONYMS.get(element.tag, element.tag)
         value = element.get("value", element.get("v"))
-        if value is not None and name in (*_FILE_OPTIONS, *_TRAFFIC_OPTIONS):
-            options[name] = ",".join(_listed(value)) if name in _FILE_OPTIONS else value
+        if value is None:
+            continue
+        if name in _FILE_OPTIONS:
+            options[name] = ",".join(_listed(value))
+        elif name in _TRAFFIC_OPTIONS:
+            options[name] = _option(path, name, value)
+        elif is_output(name) and value not in ("", "NUL", "/dev/null"):
+            raise ValueError(
+                f"{path}: expected nothing that makes SUMO write a file, got "
+                f'<{name[:60]} value="{value[:60]}">: remove it'
+            )
     if "net-file" not in options:
         raise ValueError(f"{path}: net-file is missing")
     return options
 
 
+def _option(path: Path, name: str, value: str) -> str:
+    """Return the value of an option, which must be of its kind: SUMO would read on."""
+    expected, pattern, largest = _TRAFFIC_OPTIONS[name]
+    is_valid = re.fullmatch(pattern, value) is not None
+    is_number = largest is not None and ":" not in value  # no time of day
+    if not is_valid or (largest and is_number and abs(float(value)) > largest):
+        raise ValueError(f"{path}: {name}: expected {expected}, got {value[:60]!r}")
+    return value
+
+
 def _listed(value: str) -> list[str]:
     """Split a list of files at commas, as SUMO does: names may contain blanks."""
-    return [part.strip() for part in value.split(",") if part.strip()]
+    names = [part.strip() for part in value.split(",") if part.strip()]
+    for name in names:
+        if name.startswith("-"):  # SUMO would take it for an option
+            raise ValueError(f"expected the name of a file, got {name[:60]!r}")
+    return names
 
 
 def _content(path: Path) -> bytes:
     try:
-        return path.read_bytes()
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error.strerror or error}") from None
+        return read_regular(path, LARGEST_XML)
+    except DatasetError as error:
+        raise ValueError(str(error)) from None
 
 
-def _require_network(path: Path) -> None:
+def _require_network(path: Path, scan: SumoScan) -> None:
     """Refuse files with which SUMO crashes without a message."""
-    try:
-        with open_text(path) as file:
-            _, root = next(ET.iterparse(file, events=("start",)))
-    except NOT_XML as error:
-        raise ValueError(f"{path} is not XML: {error}") from None
-    if root.tag != "net":
-        raise ValueError(f"{path} is no network: expected <net>, got <{root.tag}>")
-    if "version" not in root.attrib:
+    if scan.root != "net":
+        raise ValueError(f"{path} is no network: expected <net>, got <{scan.root}>")
+    if "version" not in scan.root_attributes:
         raise ValueError(f"{path} has no version: expected <net version=...>")

@@ -401,7 +401,7 @@ def test_files_that_change_or_vanish_after_reading_are_reported_in_one_line(
     with pytest.raises(ScenarioError, match="changed after the scenario was read"):
         simulate_network(scenario, 0)
     routes.unlink()
-    with pytest.raises(ScenarioError, match=r"rou\.xml cannot be read"):
+    with pytest.raises(ScenarioError, match=r"rou\.xml: cannot be read"):
         simulate_network(scenario, 0)
 
 
@@ -472,7 +472,7 @@ def test_a_file_that_cannot_be_decoded_is_named_in_one_line(
 ) -> None:
     (tmp_path / name).write_bytes(content)
     routes = None if name.endswith(".sumocfg") else "crossing.rou.xml"
-    with pytest.raises(ScenarioError, match=f"^.*{tmp_path / name} is not XML: .*$"):
+    with pytest.raises(ScenarioError, match=f"^.*{tmp_path / name}: is not XML: .*$"):
         load_scenario(_own(tmp_path, sumo=name, routes=routes))
     with pytest.raises(ScenarioError, match=f"^{tmp_path / name}: is not a usable"):
         read_network(tmp_path / name)
@@ -525,7 +525,7 @@ def test_sumos_own_message_says_what_is_wrong_with_the_routes(tmp_path: Path) ->
         ),
         pytest.param(
             {"occluders": [{"kind": "gantry", "along_m": 9, "lateral_m": 0}]},
-            "occluders.0.kind: gantry needs a dual carriageway",
+            "occluders.0.kind: a gantry needs a dual carriageway",
             id="gantry",
         ),
     ],
