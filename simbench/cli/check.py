@@ -36,6 +36,13 @@ def check(
     trackers: Annotated[
         str, typer.Option(help="Only these, as for run: LABEL=NAME@PARAM=VALUE,...")
     ] = "",
+    allow_modules: Annotated[
+        bool,
+        typer.Option(
+            "--allow-modules",
+            help="Import whatever module a tracker in the baseline names.",
+        ),
+    ] = False,
     jobs: Jobs = None,
     as_json: Json = False,
 ) -> None:
@@ -53,7 +60,9 @@ def check(
     if update and not reason.strip():
         raise SimbenchError('--update needs --reason "why the scores change"')
     known = Baseline.read(baseline) if baseline.exists() or not update else None
-    suite = Suite.from_settings(known.settings) if known else DEFAULT_SUITE
+    suite = DEFAULT_SUITE
+    if known:
+        suite = Suite.from_settings(known.settings, allow_modules=allow_modules)
     requested = replace(suite, trackers=tracker_specs(trackers)) if trackers else suite
     if known is not None and not update:
         if trackers:

@@ -14,27 +14,51 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import pandas as pd
 import pydantic
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.bounded_read import parse_json, read_regular
 from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics import GROUP, seed_means, spread
 
-__all__ = ["MEASURES", "USAGE", "Baseline", "BaselineRow", "baseline_rows"]
+__all__ = [
+    "MEASURES",
+    "MOST_SEEDS",
+    "USAGE",
+    "Baseline",
+    "BaselineRow",
+    "Seed",
+    "baseline_rows",
+    "validation_line",
+]
 
 USAGE: Final = "particles_mean"
 MEASURES: Final = ("precision_20", "success_50", USAGE)
 
+MOST_SEEDS: Final = 1000
+"""Most seeds of a row."""
+_LARGEST_SEED: Final = 999_999_999  # as on the command line
+_LARGEST_FILE: Final = 8 * 2**20
+_MOST_ROWS: Final = 5000
+_MOST_PARTICLES: Final = 1e9
 _STANDARD_ERRORS: Final = 3.0
 _MIN_SHARE_TOLERANCE: Final = 0.02
 _MIN_USAGE_TOLERANCE: Final = 0.02  # of the baseline
+
+
+Name = Annotated[str, pydantic.Field(max_length=1000)]
+Seed = Annotated[int, pydantic.Field(strict=True, ge=0, le=_LARGEST_SEED)]
+Digest = Annotated[str, pydantic.Field(min_length=1, max_length=200)]
+Value = Annotated[float, pydantic.Field(strict=True, ge=0, le=_MOST_PARTICLES)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,18 +71,18 @@ class BaselineRow:
     seeds : list of int
         In ascending order.
     digests : list of str
-        Digest of the sequence of each seed; empty where unknown.
+        Digest of the sequence of each seed.
     mean, sd : mapping from measure to float
         Over the seeds, for ``precision_20``, ``success_50`` and ``particles_mean``.
     """
 
-    scenario: str
-    variant: str
-    tracker: str
-    seeds: list[int]
-    digests: list[str]
-    mean: dict[str, pydantic.FiniteFloat]
-    sd: dict[str, pydantic.FiniteFloat]
+    scenario: Name
+    variant: Name
+    tracker: Name
+    seeds: Annotated[list[Seed], pydantic.Field(max_length=MOST_SEEDS)]
+    digests: Annotated[list[Digest], pydantic.Field(max_length=MOST_SEEDS)]
+    mean: dict[str, Value]
+    sd: dict[str, Value]
 
     @property
     def name(self) -> tuple[str, str, str]:
@@ -89,10 +113,10 @@ class Baseline:
         In order of scenario and tracker.
     """
 
-    reason: str
+    reason: Name
     versions: dict[str, str]
     settings: dict[str, Any]
-    rows: list[BaselineRow]
+    rows: Annotated[list[BaselineRow], pydantic.Field(max_length=_MOST_ROWS)]
 
     @classmethod
     def from_scores(
@@ -132,22 +156,30 @@ class Baseline:
         Raises
         ------
         DatasetError
-            If it is missing, not JSON, or not a baseline, or a row is inconsistent.
+            If it is no regular file, not JSON, or not a baseline, a row is inconsistent
+            or twice there, or a number is out of range.
         """
         try:
-            baseline = pydantic.TypeAdapter(cls).validate_json(path.read_bytes())
-        except OSError as error:
-            raise DatasetError(
-                f"{path}: baseline cannot be read: {error.strerror}"
-            ) from error
+            content = read_regular(path, _LARGEST_FILE)
+        except DatasetError as error:
+            reason = str(error).removeprefix(f"{path}: ")
+            raise DatasetError(f"{path}: baseline {reason}") from error
+        try:
+            plain = parse_json(content, path)
+            baseline = pydantic.TypeAdapter(cls).validate_python(plain)
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"])) or "the file"
-            raise DatasetError(f"{path}: {place}: {first['msg']}") from error
+            raise DatasetError(f"{path}: {validation_line(error)}") from error
         for row in baseline.rows:
             if fault := _fault(row):
                 where = f"{row.tracker} on {row.scenario}"
                 raise DatasetError(f"{path}: {where}: expected {fault}")
+        names = Counter(row.name for row in baseline.rows)
+        for (scenario, variant, tracker), count in names.items():
+            if count > 1:
+                where = " / ".join(filter(None, (scenario, variant, tracker)))
+                raise DatasetError(
+                    f"{path}: {where}: expected one row, got {count} of that name"
+                )
         return baseline
 
     def with_rows_of(self, earlier: Baseline) -> Baseline:
@@ -206,14 +238,52 @@ def baseline_rows(runs: pd.DataFrame) -> list[BaselineRow]:
     return rows
 
 
+def validation_line(error: pydantic.ValidationError, *key: str) -> str:
+    """Return the first validation error of JSON in one line: key, expected, got."""
+    first = error.errors(include_url=False)[0]
+    place = ".".join([*key, *map(str, first["loc"])])[:200] or "the file"
+    value = first["input"]
+    is_shown = not isinstance(value, dict | list) and first["type"] != "missing"
+    text = first["msg"].replace("Input should be", "expected")
+    return f"{place}: {text}" + (f", got {value!r:.60}" if is_shown else "")
+
+
 def _fault(row: BaselineRow) -> str:
     """Return what a row that was read lacks, empty if it is consistent."""
     if not row.seeds:
         return "at least one seed, got none"
+    if any(one >= other for one, other in pairwise(row.seeds)):
+        return "seeds in ascending order, each once, got others"
     if len(row.digests) != len(row.seeds):
         return f"a digest for each of {len(row.seeds)} seeds, got {len(row.digests)}"
-    lacking = [name for name in MEASURES if name not in row.mean.keys() & row.sd.keys()]
-    return f"{lacking[0]}, got none" if lacking else ""
+    for name in MEASURES:
+        if name not in row.mean.keys() & row.sd.keys():
+            return f"{name}, got none"
+        if name == USAGE:
+            continue
+        if row.mean[name] > 1.0:
+            return f"a mean {name} of at most 1, got {row.mean[name]:g}"
+    for name in MEASURES:
+        limit = _largest_sd(name, row.mean[name], len(row.seeds))
+        if row.sd[name] > limit:
+            return (
+                f"an sd of {name} of at most {limit:.3g}, as its mean of "
+                f"{row.mean[name]:.3g} allows, got {row.sd[name]:g}"
+            )
+    return ""
+
+
+def _largest_sd(measure: str, mean: float, count: int) -> float:
+    """Return the largest standard deviation of ``count`` values with a mean.
+
+    Of shares it is reached where each is 0 or 1; of numbers that are not negative,
+    where all but one are 0.
+    """
+    if measure == USAGE:
+        largest = mean * math.sqrt(count)
+    else:
+        largest = math.sqrt(mean * (1.0 - mean) * 2.0)  # 2: of two values, n / (n - 1)
+    return largest * (1.0 + 1e-9) + 1e-6
 
 
 def _require_spread(row: BaselineRow) -> None:
@@ -222,6 +292,10 @@ def _require_spread(row: BaselineRow) -> None:
         raise DatasetError(
             "baseline: expected at least 2 seeds for the tolerance, "
             f"got {len(row.seeds)} for {where}"
+        )
+    if not all(row.digests):
+        raise DatasetError(
+            f"baseline: expected a digest of each sequence, got none for {where}"
         )
     for measure in MEASURES:
         if not math.isfinite(row.sd[measure]):

@@ -173,7 +173,7 @@ def _checks(row: BaselineRow, current: BaselineRow | None) -> Iterator[Check]:
         reason = f"expected runs on seeds {row.seeds}, got {current.seeds}"
         yield _row_check(row, "missing", reason)
     elif any(
-        old and new and old != new  # an empty digest is unknown
+        new and old != new  # without a digest where the run failed
         for old, new in zip(row.digests, current.digests, strict=True)
     ):
         reason = "sequences are not those of the baseline: digests differ"

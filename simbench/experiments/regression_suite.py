@@ -9,6 +9,8 @@ from typing import Annotated, Any, TypeVar
 import pydantic
 
 from simbench.core.errors import DatasetError
+from simbench.evaluation.baseline import Seed, validation_line
+from simbench.experiments.foreign_module import foreign_module
 from simbench.experiments.request import Request
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
@@ -17,7 +19,9 @@ __all__ = ["DEFAULT_SUITE", "Suite", "SuiteScenario"]
 
 
 T = TypeVar("T")
-_Some = Annotated[list[T], pydantic.Field(min_length=1)]
+_Some = Annotated[list[T], pydantic.Field(min_length=1, max_length=1000)]
+_Name = Annotated[str, pydantic.Field(min_length=1, max_length=1000)]
+_MOST_RUNS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +36,8 @@ class SuiteScenario:
         Length to cut it to, at least 2; None for the whole scenario.
     """
 
-    name: str
-    frames: Annotated[int, pydantic.Field(ge=2)] | None = None
+    name: _Name
+    frames: Annotated[int, pydantic.Field(strict=True, ge=2, le=100_000)] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,25 +57,49 @@ class Suite:
     """
 
     scenarios: _Some[SuiteScenario]
-    seeds: _Some[Annotated[int, pydantic.Field(ge=0)]]
-    trackers: _Some[str]
-    timeout_s: float = 60.0
+    seeds: _Some[Seed]
+    trackers: _Some[_Name]
+    timeout_s: Annotated[float, pydantic.Field(gt=0, le=86_400)] = 60.0
 
     @classmethod
-    def from_settings(cls, settings: Mapping[str, Any]) -> Suite:
+    def from_settings(
+        cls, settings: Mapping[str, Any], *, allow_modules: bool = False
+    ) -> Suite:
         """Read a suite from the settings of a baseline.
+
+        Parameters
+        ----------
+        settings : mapping
+        allow_modules : bool
+            Accept trackers of any module, which will be imported, and so run. Otherwise
+            only those of installed entry points, simbench, OpenCV and the working
+            directory.
 
         Raises
         ------
         DatasetError
-            If they do not describe a suite.
+            If they do not describe a suite, or name a tracker of another module.
         """
         try:
-            return pydantic.TypeAdapter(cls).validate_python(dict(settings))
+            suite = pydantic.TypeAdapter(cls).validate_python(dict(settings))
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(["settings", *map(str, first["loc"])])
-            raise DatasetError(f"baseline: {place}: {first['msg']}") from None
+            line = validation_line(error, "settings")
+            raise DatasetError(f"baseline: {line}") from None
+        runs = len(suite.scenarios) * len(suite.seeds) * len(suite.trackers)
+        if runs > _MOST_RUNS:
+            raise DatasetError(
+                f"baseline: settings: expected at most {_MOST_RUNS} runs, scenarios "
+                f"times seeds times trackers, got {runs}"
+            )
+        for number, tracker in enumerate(suite.trackers):
+            module = foreign_module(tracker)
+            if module and not allow_modules:
+                raise DatasetError(
+                    f"baseline: settings.trackers.{number}: expected a tracker that is "
+                    "installed, or of a module in the working directory, got module "
+                    f"{module!r}: --allow-modules imports it"
+                )
+        return suite
 
     def with_trackers(self, trackers: Iterable[str]) -> Suite:
         """Return the suite with more trackers; equal labels are replaced.
