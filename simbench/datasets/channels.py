@@ -30,7 +30,7 @@ from simbench.core.errors import DatasetError
 from simbench.datasets.frames import (
     LazySequence,
     decoded_as_stored,
-    read_file,
+    read_file_below,
     write_file,
 )
 
@@ -84,7 +84,7 @@ class ChannelFolder(LazySequence[NDArray[Any]]):
     def _read(self, number: int) -> NDArray[Any]:
         path = self._path(number)
         decoded = _decoded_flow if self.name == "flow" else decoded_as_stored
-        array = decoded(read_file(path))
+        array = decoded(read_file_below(self.folder, path))
         if array is None:
             raise DatasetError(f"{path}: not a readable {self.name} file")
         if self.name in ("occlusions", "invalid"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections.abc
 import copy
+import struct
 from pathlib import Path
 from typing import Any, Self, TypeVar, overload
 
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.bounded_read import read_below
 from simbench.core.errors import DatasetError
 from simbench.core.frame import Frame
 
@@ -22,7 +24,7 @@ __all__ = [
     "encoded_png",
     "frame_path",
     "frame_times",
-    "read_file",
+    "read_file_below",
     "write_file",
     "write_frame",
 ]
@@ -36,6 +38,9 @@ _PNG = [
     cv2.IMWRITE_PNG_STRATEGY,
     cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
 ]
+_LARGEST = 256 * 2**20  # bytes of a file
+_MOST_PIXELS = 2**24
+_TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_SHORT = 256, 257, 3
 Item = TypeVar("Item")
 
 
@@ -122,7 +127,7 @@ class FrameFolder(LazySequence[Frame]):
 
     def _read(self, number: int) -> Frame:
         path = self._path(number)
-        image = decoded_picture(read_file(path), path)
+        image = decoded_picture(read_file_below(self.folder, path), path)
         image.flags.writeable = False
         return Frame(image, float(self._times[number]), number)
 
@@ -160,12 +165,16 @@ def write_frame(folder: Path, index: int, image: NDArray[np.uint8]) -> None:
     write_file(frame_path(folder, index), encoded_png(image))
 
 
-def read_file(path: Path) -> bytes:
-    """Return the content of a file, or raise a `DatasetError` that names it."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot read: {error.strerror}") from None
+def read_file_below(folder: Path, path: Path) -> bytes:
+    """Return the content of a file of a sequence.
+
+    Raises
+    ------
+    DatasetError
+        Naming it, if it cannot be read, is no regular file, too large, or a link that
+        leads out of the sequence's folder.
+    """
+    return read_below(folder, path.relative_to(folder).as_posix(), _LARGEST)
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -216,6 +225,30 @@ def decoded_picture(content: bytes, path: Path | str) -> NDArray[np.uint8]:
 
 
 def _decoded(content: bytes, mode: int) -> NDArray[Any] | None:
-    # imdecode throws a C++ exception for an empty buffer, returns None for other faults
-    encoded = np.frombuffer(content, dtype=np.uint8)
-    return cv2.imdecode(encoded, mode) if encoded.size else None
+    width, height = _size_of(content)
+    if not 0 < width * height <= _MOST_PIXELS:
+        return None
+    try:
+        return cv2.imdecode(np.frombuffer(content, dtype=np.uint8), mode)
+    except cv2.error:  # of some damaged files; of others None
+        return None
+
+
+def _size_of(content: bytes) -> tuple[int, int]:
+    """Return width and height of a PNG or TIFF without decoding it, else zeros."""
+    try:
+        if content.startswith(b"\x89PNG\r\n\x1a\n"):
+            width, height = struct.unpack_from(">II", content, 16)
+            return width, height
+        order = {b"II*\0": "<", b"MM\0*": ">"}[content[:4]]
+        (start,) = struct.unpack_from(order + "I", content, 4)
+        (count,) = struct.unpack_from(order + "H", content, start)
+        tags: dict[int, int] = {}
+        for entry in range(count):
+            place = start + 2 + 12 * entry
+            tag, kind = struct.unpack_from(order + "HH", content, place)
+            of_type = "H" if kind == _TIFF_SHORT else "I"
+            (tags[tag],) = struct.unpack_from(order + of_type, content, place + 8)
+        return tags[_TIFF_WIDTH], tags[_TIFF_HEIGHT]
+    except (KeyError, struct.error):
+        return 0, 0

@@ -20,10 +20,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
+
+import pyarrow as pa
+import pydantic
 
 from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import DatasetError
+from simbench.core.bounded_read import LARGEST_JSON, parse_json, read_below
+from simbench.core.errors import DatasetError, one_line
 from simbench.core.sequence import Sequence
 from simbench.core.trajectories import LaneChange, Vehicle
 from simbench.datasets.channels import CHANNELS, channels_in, write_channels
@@ -42,6 +46,15 @@ __all__ = [
 LAYOUT = 2
 """Version of the layout; a reader refuses any other."""
 
+_DAMAGE = (
+    AttributeError,
+    ArithmeticError,
+    LookupError,
+    TypeError,
+    ValueError,
+    pa.ArrowException,
+)
+"""Errors of what has another type or shape than was written."""
 _AS_STORED = (
     "name",
     "width",
@@ -54,6 +67,27 @@ _AS_STORED = (
     "scenario",
 )
 """Fields of a `Sequence` that ``sequence.json`` holds unchanged."""
+
+
+class _Description(pydantic.BaseModel):
+    """The types of ``sequence.json``."""
+
+    model_config = pydantic.ConfigDict(strict=True)
+
+    name: str
+    width: int
+    height: int
+    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] | None
+    digest: str
+    traffic_redraws: int
+    digests: dict[str, str]
+    made_with: dict[str, str]
+    scenario: dict[str, Any] | None
+    channels: list[Literal[CHANNELS]]  # type: ignore[valid-type]
+    requested: dict[str, float | None]
+    achieved: dict[str, float | None]
+    lane_changes: list[dict[str, Any]]
+    vehicles: list[dict[str, Any]] | None
 
 
 def write_sequence(folder: Path, sequence: Sequence) -> None:
@@ -134,8 +168,8 @@ def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
             achieved=_dials_from_json(facts["achieved"]),
             channels=channels_in(folder, facts["channels"], len(times), owner=owner),
         )
-    except (AttributeError, LookupError, TypeError, ValueError) as error:
-        raise DatasetError(f"{folder}: damaged sequence: {error!r}") from None
+    except _DAMAGE as error:
+        raise DatasetError(f"{folder}: damaged sequence: {one_line(error)}") from None
     _check(folder, sequence)
     return sequence
 
@@ -156,19 +190,22 @@ def _description(sequence: Sequence) -> dict[str, Any]:
 
 def _read_description(folder: Path) -> dict[str, Any]:
     path = folder / "sequence.json"
-    try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except OSError:
+    if not is_finished(folder):
         raise DatasetError(
             f"{folder}: expected a finished sequence, found no readable sequence.json"
-        ) from None
-    except ValueError as error:
-        raise DatasetError(f"{path}: not valid JSON: {error}") from None
+        )
+    facts = parse_json(read_below(folder, path.name, LARGEST_JSON), path)
     found = facts.get("layout") if isinstance(facts, dict) else None
     if found != LAYOUT:
         is_older = isinstance(found, int) and found < LAYOUT
         hint = " of an earlier version; generate the sequence again" if is_older else ""
         raise DatasetError(f"{path}: layout: expected {LAYOUT}, got {found!r}{hint}")
+    try:
+        _Description.model_validate(facts)
+    except pydantic.ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key, text = ".".join(map(str, first["loc"])), first["msg"]
+        raise DatasetError(f"{path}: {key}: {text}") from None
     return dict(facts)
 
 

@@ -153,6 +153,11 @@ class Store:
             self._system.invalidate_cache()
             return bool(self._system.exists(self._full(path)))
 
+    def size(self, path: str) -> int:
+        """Return the size of a file in bytes, 0 where the store does not know it."""
+        with self._errors_in_one_line():
+            return int(self._system.info(self._full(path)).get("size") or 0)
+
     def read(self, paths: Iterable[str]) -> list[bytes]:
         """Return the content of files."""
         full = [self._full(path) for path in paths]

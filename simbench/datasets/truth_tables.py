@@ -28,12 +28,14 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.bounded_read import read_below
 from simbench.core.camera import Camera
 from simbench.core.errors import DatasetError
 from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence, Truth, VehicleTruth
 from simbench.core.trajectories import Vehicle
 from simbench.datasets.arrays import mask_arrays
+from simbench.datasets.bounded_table import LARGEST_TABLE, parse_table
 from simbench.datasets.frames import frame_times
 from simbench.datasets.truth_columns import COLUMNS, TARGET_COLUMNS, VEHICLE_COLUMNS
 from simbench.datasets.truth_events import event_rows
@@ -143,8 +145,17 @@ def _read_masks(folder: Path, count: int) -> tuple[Mapping[int, Mask], ...]:
         bounds = pairwise(batch["counts"].offsets.to_numpy().tolist())
         rows = zip(*(batch[name].to_pylist() for name in names), bounds, strict=True)
         for frame, identity, height, width, (first, end) in rows:
-            masks[frame][identity] = Mask(runs[first:end], height, width)
+            mask = Mask(runs[first:end], height, width)
+            _require_whole(mask)
+            masks[frame][identity] = mask
     return tuple(masks)
+
+
+def _require_whole(mask: Mask) -> None:
+    """Refuse a mask whose runs are not those of its picture."""
+    size = mask.height * mask.width
+    if mask.height < 1 or mask.counts.min(initial=0) < 0 or mask.counts.sum() != size:
+        raise ValueError(f"runs of a mask must add up to {size}, its pixels")
 
 
 def _read_cameras(folder: Path) -> tuple[Camera, ...]:
@@ -159,13 +170,12 @@ def _read_cameras(folder: Path) -> tuple[Camera, ...]:
 
 
 def _read(path: Path, columns: list[str] | None = None) -> pa.Table:
-    try:
-        table = pq.ParquetFile(path).read(columns)
-    except FileNotFoundError:
-        raise DatasetError(f"{path}: no such truth table") from None
-    except (OSError, pa.ArrowException) as error:
-        first_line = str(error).partition("\n")[0]
-        raise DatasetError(f"{path}: not a readable table: {first_line}") from None
+    if not path.exists():
+        raise DatasetError(f"{path}: no such truth table")
+    sequence = path.parent.parent  # a link may lead elsewhere in the sequence
+    relative = path.relative_to(sequence).as_posix()
+    content = read_below(sequence, relative, LARGEST_TABLE)
+    table = parse_table(content, path, columns)
     found = (table.schema.metadata or {}).get(_VERSION_KEY.encode(), b"").decode()
     if found != str(VERSION):
         raise DatasetError(

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Final
 
 import pandas as pd
-import pyarrow as pa
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.bounded_read import read_regular
 from simbench.core.errors import DatasetError
+from simbench.datasets.bounded_table import LARGEST_TABLE, parse_table
 
 __all__ = ["FRAME_TYPES", "KEYS", "RUN_TYPES", "read_table", "typed", "write_table"]
 
@@ -96,13 +97,9 @@ def read_table(path: Path, types: Mapping[str, str]) -> pd.DataFrame:
     DatasetError
         If it is missing, is not Parquet, or lacks a column of ``types``.
     """
-    try:
-        table = pd.read_parquet(path)
-    except FileNotFoundError as error:
-        raise DatasetError(f"{path}: no such score table") from error
-    except (OSError, pa.ArrowException) as error:
-        first_line = str(error).partition("\n")[0]
-        raise DatasetError(f"{path}: not a readable table: {first_line}") from error
+    if not path.exists():
+        raise DatasetError(f"{path}: no such score table")
+    table = parse_table(read_regular(path, LARGEST_TABLE), path).to_pandas()
     if missing := [name for name in types if name not in table]:
         raise DatasetError(
             f"{path}: expected the columns of a score table, lacks {missing[0]}"

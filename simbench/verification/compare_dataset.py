@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, BinaryIO
 
-from simbench.core.errors import SimbenchError
+from simbench.core.errors import SimbenchError, one_line
 from simbench.datasets.store import Store, open_store
+from simbench.datasets.stored_files import is_inside, open_file
 from simbench.generation.dataset.index import index_files
 from simbench.generation.dataset.manifest import (
     MANIFEST,
@@ -20,7 +21,12 @@ from simbench.generation.dataset.manifest import (
     EntryFile,
     read_manifest,
 )
-from simbench.verification.difference import Difference, VerificationResult, listed
+from simbench.verification.difference import (
+    DAMAGE,
+    Difference,
+    VerificationResult,
+    listed,
+)
 
 __all__ = ["compare_dataset"]
 
@@ -50,8 +56,8 @@ def compare_dataset(place: str) -> VerificationResult | None:
         )
     except SimbenchError as error:
         return VerificationResult(name, fault=str(error))
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        return VerificationResult(name, fault=f"damaged data set: {error!r}")
+    except DAMAGE as error:
+        return VerificationResult(name, fault=f"damaged data set: {one_line(error)}")
 
 
 def _differences(store: Store, manifest: Mapping[str, Any]) -> Iterator[Difference]:
@@ -66,12 +72,19 @@ def _differences(store: Store, manifest: Mapping[str, Any]) -> Iterator[Differen
     index, wrong = [], []
     for path, chunks in index_files(store, manifest):
         index.append(path)
-        if store.has(path) and not _is_text(store.read([path])[0], chunks):
+        if store.has(path):
+            with open_file(store, path) as file:
+                is_same = _is_text(file, chunks)
+            wrong += [] if is_same else [path]
+        elif _is_listed(store, path):  # but no file
             wrong.append(path)
     if wrong:
         detail = f"not what the entries say: {listed(sorted(wrong))}"
         yield Difference("index", None, detail)
-    missing, unknown = _compare_names(store, index)
+    missing, unknown, outside = _compare_names(store, index)
+    if outside:
+        detail = f"links that lead out of the data set: {listed(sorted(outside))}"
+        yield Difference("files", None, detail)
     if missing:
         yield Difference("files", None, f"missing: {listed(sorted(missing))}")
     if unknown:
@@ -79,17 +92,20 @@ def _differences(store: Store, manifest: Mapping[str, Any]) -> Iterator[Differen
         yield Difference("files", None, detail)
 
 
-def _is_text(content: bytes, chunks: Iterable[str]) -> bool:
-    start = 0
-    for chunk in map(str.encode, chunks):
-        if not content.startswith(chunk, start):
-            return False
-        start += len(chunk)
-    return start == len(content)
+def _is_listed(store: Store, path: str) -> bool:
+    parent, name = PurePosixPath(path).parent.as_posix(), PurePosixPath(path).name
+    return name in store.names("" if parent == "." else parent)
 
 
-def _compare_names(store: Store, index: list[str]) -> tuple[set[str], set[str]]:
-    """Return the paths that are missing, and those that nothing mentions.
+def _is_text(file: BinaryIO, chunks: Iterable[str]) -> bool:
+    encoded = map(str.encode, chunks)
+    return all(file.read(len(chunk)) == chunk for chunk in encoded) and not file.read(1)
+
+
+def _compare_names(
+    store: Store, index: list[str]
+) -> tuple[set[str], set[str], set[str]]:
+    """Return paths that are missing, that nothing mentions, and folders outside.
 
     A folder that contains files of one sequence is compared at once, so that of a large
     data set only the names in the folders above are kept.
@@ -98,9 +114,13 @@ def _compare_names(store: Store, index: list[str]) -> tuple[set[str], set[str]]:
     shared = _names_by_folder([*index, MANIFEST, *entries])
     missing: set[str] = set()
     unknown: set[str] = set()
+    outside: set[str] = set()
 
     def compare(folder: str, expected: set[str]) -> None:
         is_root = folder == "."
+        if not is_inside(store, "" if is_root else folder):
+            outside.add(folder)
+            return
         found = set(store.names("" if is_root else folder))
         found -= {_LOG} if is_root else set()
         at = PurePosixPath(folder)
@@ -116,7 +136,7 @@ def _compare_names(store: Store, index: list[str]) -> tuple[set[str], set[str]]:
                 shared[folder] |= names
     for folder, names in shared.items():
         compare(folder, names)
-    return missing, unknown
+    return missing, unknown, outside
 
 
 def _names_by_folder(files: Iterable[str]) -> defaultdict[str, set[str]]:

@@ -6,7 +6,6 @@ bytes, and ``made_with`` in a JSON file names the machine that wrote it.
 
 from __future__ import annotations
 
-import io
 import json
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,10 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
+from simbench.core.bounded_read import parse_json
 from simbench.core.errors import DatasetError
 from simbench.core.mask import Mask
+from simbench.datasets.bounded_table import parse_table
 from simbench.datasets.frames import decoded_as_stored, decoded_picture
 from simbench.verification.difference import Difference, listed
 
@@ -56,12 +56,12 @@ def compare_files(path: str, recorded: bytes, regenerated: bytes) -> list[Differ
     differs = [Difference("files", None, path)]
     try:
         if name.name in _PARTS:
-            old, new = map(json.loads, pair)
+            old, new = (parse_json(content, path) for content in pair)
             return list(_compare_json(old, new, *_PARTS[name.name]))
         if name.suffix == ".parquet":
-            tables = (pq.read_table(io.BytesIO(content)) for content in pair)
+            tables = (parse_table(content, path) for content in pair)
             return _compare_tables(name.stem, *tables)
-    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException):
+    except (DatasetError, OSError, ValueError, KeyError, TypeError, pa.ArrowException):
         return differs
     is_image = name.suffix == ".tiff" or all(one.startswith(_PNG) for one in pair)
     return [] if is_image and _is_same_image(*pair) else differs
@@ -213,7 +213,10 @@ def _compare_masks(old: pa.Table, new: pa.Table) -> list[Difference]:
 def _pixels(row: dict[str, Any] | None) -> Any:
     if row is None:
         return np.bool_(False)
-    return Mask(np.array(row["counts"]), row["height_px"], row["width_px"]).to_array()
+    height, width, counts = row["height_px"], row["width_px"], np.array(row["counts"])
+    if min(height, width, *counts) < 0 or counts.sum() != height * width:
+        raise ValueError("runs of a mask must add up to its pixels")
+    return Mask(counts, height, width).to_array()
 
 
 def _is_same_image(recorded: bytes, regenerated: bytes) -> bool:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-__all__ = ["Difference", "VerificationResult", "listed"]
+__all__ = ["DAMAGE", "Difference", "VerificationResult", "listed"]
+
+DAMAGE = AttributeError, ArithmeticError, LookupError, TypeError, ValueError
+"""Errors of reading a record whose values have other types than were written."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from simbench.core.errors import DatasetError, SimbenchError
+from simbench.core.bounded_read import path_below
+from simbench.core.errors import DatasetError, SimbenchError, one_line
 from simbench.core.sequence import Sequence
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.native import read_sequence
 from simbench.datasets.store import FolderStore, Store, open_store
+from simbench.datasets.stored_files import read_files, require_readable
 from simbench.generation.dataset.make_sequence import SequenceJob, make_sequence
 from simbench.generation.dataset.manifest import EntryFile
 from simbench.generation.digests import (
@@ -26,8 +28,9 @@ from simbench.generation.digests import (
 )
 from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
+from simbench.scenarios.schema.mistakes import mistakes_in
 from simbench.verification.compare_sequences import SequenceFiles, compare_sequences
-from simbench.verification.difference import VerificationResult
+from simbench.verification.difference import DAMAGE, VerificationResult
 
 __all__ = [
     "Recorded",
@@ -90,14 +93,23 @@ def verify_sequence(
         return VerificationResult(name, differences, environment_changes=changes)
     except SimbenchError as error:
         return VerificationResult(name, fault=str(error))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        return VerificationResult(name, fault=f"damaged record: {error!r}")
+    except DAMAGE as error:
+        return VerificationResult(name, fault=f"damaged record: {one_line(error)}")
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def in_folder(folder: Path) -> Recorded:
-    """Read what is recorded in a native sequence folder."""
+def in_folder(folder: Path, place: Path) -> Recorded:
+    """Read what is recorded in a native sequence folder.
+
+    Parameters
+    ----------
+    folder : Path
+    place : Path
+        The folder that the user named: nothing outside of it is read.
+    """
+    if folder != place:
+        path_below(place, folder.relative_to(place).as_posix())
     sequence = read_sequence(folder)
     channels = tuple(name for name in CHANNELS if name in sequence.channels)
     how = {"format": "native", "split": "", "channels": channels}
@@ -119,8 +131,9 @@ def in_dataset(place: str, manifest: Mapping[str, Any], file: EntryFile) -> Reco
         Its entry, see `simbench.generation.dataset.make_sequence`.
     """
     store = open_store(place)
-    (content,) = store.read([file.path])
+    (content,) = read_files(store, [file.path])
     entry = file.parse(content, store)
+    require_readable(store, entry["files"])  # before the work of generating them
     job = _job(file.name, file.key, entry, manifest)
     return Recorded(entry_files(entry, content, store), job)
 
@@ -183,10 +196,9 @@ def _job(
     try:
         scenario = Scenario.model_validate(origin["scenario"])
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
+        first, *_ = mistakes_in(error, Scenario)
         raise DatasetError(
-            f"its scenario is not one of this version: {where}: {first['msg']}"
+            f"its scenario is not one of this version: {first}"
         ) from None
     return SequenceJob(
         name=name,
@@ -201,7 +213,7 @@ def _job(
 
 
 def _reader(store: Store) -> Callable[[str], bytes]:
-    return lambda path: store.read([path])[0]
+    return lambda path: read_files(store, [path])[0]
 
 
 def _paths_in(folder: Path) -> set[str]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import Store, open_store
+from simbench.datasets.stored_files import read_files
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.dataset.manifest import MANIFEST, EntryFile, read_manifest
 from simbench.runtime.limits import generation_limit_s
@@ -83,7 +84,9 @@ def find_recorded_sequences(
     folders = _sequence_folders(Path(place))
     return [
         RecordedSequence(
-            folder.name, partial(in_folder, folder), partial(_frames_in, folder)
+            folder.name,
+            partial(in_folder, folder, Path(place)),
+            partial(_frames_in, folder),
         )
         for folder in evenly_spaced(folders, sample)
     ], len(folders)
@@ -92,7 +95,7 @@ def find_recorded_sequences(
 def _frames_of_entry(store: Store, file: EntryFile) -> int:
     """Return the number of frames in an entry, which is read only when needed."""
     try:
-        (content,) = store.read([file.path])
+        (content,) = read_files(store, [file.path])
         return int(file.parse(content, store)["summary"]["frames"])
     except (DatasetError, KeyError, TypeError, ValueError):
         return 0  # the worker reports what is wrong

@@ -96,7 +96,7 @@ def test_a_part_of_a_channel_is_lazy(tmp_path: Path) -> None:
     part = channels_in(tmp_path, ["flow"], 5)["flow"][1:3]
     assert isinstance(part, ChannelFolder)
     assert len(part) == 2
-    with pytest.raises(DatasetError, match=r"000001\.flo: cannot read"):
+    with pytest.raises(DatasetError, match=r"000001\.flo: cannot be read"):
         part[0]
 
 

@@ -327,3 +327,48 @@ def test_sample_compares_the_whole_index_and_ends_with_1(
     assert "small-0000: identical" in output
     assert "files differ: missing: val/small-0001/000000.png" in output
     assert "1 of 2 verified: 1 identical" in output
+
+
+@pytest.mark.parametrize("part", ["frame", "folder"])
+def test_what_a_link_outside_contains_is_not_identical(copied: Path, part: str) -> None:
+    outside = copied.parent / "outside"
+    shutil.copytree(copied, outside)
+    entry = json.loads(entry_of(copied).read_text())
+    frame = copied / next(one for one in entry["files"] if "truth" not in one)
+    swapped = frame if part == "frame" else frame.parent
+    shutil.rmtree(swapped) if swapped.is_dir() else swapped.unlink()
+    swapped.symlink_to(outside / swapped.relative_to(copied))
+    result = verified(copied, copied.parent / "scratch")
+    assert "a link that leads out of it" in result.fault
+    assert str(swapped.relative_to(copied)) in result.fault
+    if part == "folder":
+        index = compare_dataset(str(copied))
+        name = swapped.relative_to(copied).as_posix()
+        assert f"links that lead out of the data set: {name}" in str(index)
+
+
+def test_names_outside_of_a_data_set_are_not_told(copied: Path) -> None:
+    (copied.parent / "more").mkdir()
+    (copied.parent / "more" / "secret-name").write_text("secret content")
+    in_entry(lambda entry: entry["files"].append("../more/known"))(copied)
+    told = str(compare_dataset(str(copied)))
+    told += str(verified(copied, copied.parent / "scratch"))
+    assert "expected a path inside this folder, got '../more/known'" in told
+    assert "secret" not in told
+
+
+def test_deep_json_in_an_entry_is_one_line(copied: Path) -> None:
+    entry_of(copied).write_text("[" * 90_000 + "]" * 90_000)
+    for result in (
+        verified(copied, copied.parent / "scratch"),
+        compare_dataset(str(copied)),
+    ):
+        assert "expected JSON of at most 64 levels" in str(result)
+
+
+def test_an_index_that_is_no_file_is_not_read(copied: Path) -> None:
+    index = copied / "annotations" / "instances_val.json"
+    index.unlink()
+    index.symlink_to("/dev/zero")
+    told = str(compare_dataset(str(copied)))
+    assert "not what the entries say: annotations/instances_val.json" in told

@@ -423,7 +423,7 @@ class TestGeneratedAgain:
             pytest.param("bare", "simbench did not generate it", id="no scenario"),
             pytest.param(
                 "other version",
-                "not one of this version: frames: Field required",
+                "not one of this version: frames: is required",
                 id="a scenario of another version",
             ),
         ],

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
+from simbench.core.bounded_read import LARGEST_JSON, parse_json, require_below
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import Store
+from simbench.datasets.stored_files import read_files
 from simbench.generation.dataset.make_sequence import ENTRIES
 from simbench.generation.dataset.request import DatasetRequest
 from simbench.runtime.versions import host, versions
@@ -31,17 +32,25 @@ _LAYOUT = 1  # of this file
 _BATCH = 64  # entries read together
 
 
+class _Summary(BaseModel):
+    """Keys of the summary in an entry that are read again."""
+
+    frames: Annotated[int, Field(strict=True, ge=0, le=1_000_000)] = 0
+    made_with: dict[str, str] = {}
+
+
 class _Entry(BaseModel):
     """The required keys of an entry."""
 
-    name: str
+    name: Annotated[str, Field(max_length=200, pattern=r"^[\w-]*$")]
     key: str
     scenario: dict[str, Any]
-    seed: int
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**63 - 1)]
     digests: dict[str, str]
-    summary: dict[str, Any]
+    summary: _Summary
     layout: dict[str, Any]
     files: list[str]
+    sha256: dict[str, str] = {}
 
 
 class _Production(BaseModel):
@@ -49,6 +58,7 @@ class _Production(BaseModel):
 
     command: str
     digest: str
+    finished: bool = False
 
 
 class _Manifest(BaseModel):
@@ -59,7 +69,8 @@ class _Manifest(BaseModel):
     split: str
     channels: list[str]
     licence: str = ""
-    productions: list[_Production]
+    sequences: int = 0
+    productions: Annotated[list[_Production], Field(min_length=1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +106,8 @@ class EntryFile:
             If it is damaged.
         """
         entry = _parsed(content, _Entry, f"{store}: {self.path}")
+        for path in entry["files"]:
+            require_below(path, f"{store}: {self.path}: files")
         if (entry["name"], entry["key"]) != (self.name, self.key):
             raise DatasetError(f"{store}: {self.path}: is the entry of {entry['name']}")
         return entry
@@ -129,7 +142,7 @@ class Entries:
         """Yield the files unparsed, damaged ones too."""
         for start in range(0, len(self._files), _BATCH):
             files = self._files[start : start + _BATCH]
-            contents = self._store.read([file.path for file in files])
+            contents = read_files(self._store, [file.path for file in files])
             yield from zip(files, contents, strict=True)
 
 
@@ -221,16 +234,13 @@ def read_manifest(store: Store) -> dict[str, Any]:
     DatasetError
         If it cannot be read, or this version does not write such a file.
     """
-    (content,) = store.read([MANIFEST])
+    (content,) = read_files(store, [MANIFEST], LARGEST_JSON)
     return _parsed(content, _Manifest, f"{store}: {MANIFEST}")
 
 
 def _parsed(content: bytes, model: type[BaseModel], where: str) -> dict[str, Any]:
     """Return all of a JSON object that has the required keys of a model."""
-    try:
-        found = json.loads(content)
-    except ValueError as error:
-        raise DatasetError(f"{where}: not valid JSON: {error}") from None
+    found = parse_json(content, where)
     if not isinstance(found, dict):
         raise DatasetError(f"{where}: expected a mapping, got {type(found).__name__}")
     try:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from simbench.core.errors import DatasetError, ScenarioError
+from simbench.core.bounded_read import parse_json
+from simbench.core.errors import DatasetError, SimbenchError
 from simbench.datasets.store import Store
+from simbench.datasets.stored_files import read_files
 from simbench.generation.dataset.make_sequence import own_folders
 from simbench.generation.dataset.manifest import Entries, EntryFile
 from simbench.generation.dataset.request import DatasetRequest
@@ -83,13 +84,13 @@ def refuse_outdated(
         return
     count = len(existing.outdated)
     first = next(one for one in request if one.name in existing.outdated)
-    (content, *_) = store.read(existing.to_replace[first.name])
+    (content, *_) = read_files(store, existing.to_replace[first.name])
     try:
         expected = first.recipe.scenario(first.seed).model_dump(mode="json")
-        found = json.loads(content)
+        found = parse_json(content, first.name)
         is_same = found.get("scenario") == expected
         how = f"by {_other_versions(found.get('summary', {}))}"
-    except (AttributeError, ScenarioError, TypeError, ValueError):
+    except (AttributeError, SimbenchError):
         is_same = False
     if not is_same:
         how = "from another scenario or with other frames"
@@ -127,8 +128,8 @@ def remove_unfinished(store: Store) -> None:
 
 def _read_folders(store: Store, file: EntryFile) -> list[str] | None:
     """Return the folders that an unfinished sequence lists; None if truncated."""
-    (content,) = store.read([file.path])
+    (content,) = read_files(store, [file.path])
     try:
-        return [str(folder) for folder in json.loads(content)]
-    except (TypeError, ValueError):
+        return [str(folder) for folder in parse_json(content, file.path)]
+    except (DatasetError, TypeError):
         return None
