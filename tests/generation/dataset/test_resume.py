@@ -65,7 +65,7 @@ class TestRefuseOutdated:
     @pytest.mark.parametrize(
         ("recipe", "how"),
         [
-            pytest.param(small_recipe(), "by other code or another OpenGL renderer", id="key"),
+            pytest.param(small_recipe(), "by other code or another", id="key"),
             pytest.param(small_recipe(frames=3), "from another scenario", id="frames"),
         ],
     )
