@@ -8,11 +8,12 @@ shared memory: whatever a tracker does to its process, another run never sees it
 from __future__ import annotations
 
 import collections.abc
+import contextlib
 import gc
 import importlib
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,13 +119,14 @@ def track_isolated(
         if buffer.error is not None:
             raise buffer.error  # so that its traceback is in the output
 
-    end = run_isolated(
-        run,
-        deadline_s=_deadline(buffer, limits.timeout_s),
-        output=output,
-        memory_mb=limits.memory_mb,
-        on_wait=watch,
-    )
+    with _one_thread_in_opencv():
+        end = run_isolated(
+            run,
+            deadline_s=_deadline(buffer, limits.timeout_s),
+            output=output,
+            memory_mb=limits.memory_mb,
+            on_wait=watch,
+        )
     if end.kind == "lost":
         raise JobLostError(end.reason)
     if buffer.obstacle:
@@ -140,6 +142,20 @@ def track_isolated(
     if not buffer.has_ended:
         buffer.fail(*_failure(end, buffer.phase, limits))
     return buffer.track(number, label, request.repetition)
+
+
+@contextlib.contextmanager
+def _one_thread_in_opencv() -> Iterator[None]:
+    """End OpenCV's other threads before a fork.
+
+    A child has none of them, and would wait for them forever when it sets their number.
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def track_here(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.datasets.native import read_sequence, write_sequence
-from simbench.evaluation.isolated_track import Limits, TrackRequest
+from simbench.evaluation.isolated_track import Limits, TrackRequest, track_isolated
 from simbench.evaluation.run_tracker import track
 from simbench.experiments.tasks import run_track
 from simbench.runtime.isolation import OUTPUT_LIMIT
@@ -196,3 +198,20 @@ class Takes300MB(Walk):
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         super().init(frame, box, rng)
         self.memory = np.ones(300 * 2**17)
+
+
+def test_threads_of_opencv_that_idle_in_the_parent_do_not_block_the_child(
+    sequence: Sequence,
+) -> None:
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        cv2.GaussianBlur(np.zeros((2000, 2000, 3), np.uint8), (31, 31), 9)
+        time.sleep(0.5)  # until they wait for work
+        start = Box.from_array(sequence.truth.boxes[0])
+        request = TrackRequest(find_tracker("still"), sequence.frames, start, seed=4)
+        found = track_isolated(request, Limits(timeout_s=5.0))
+        assert cv2.getNumThreads() == 2
+    finally:
+        cv2.setNumThreads(threads)
+    assert found.failures == ()
