@@ -41,8 +41,8 @@ def dial_facts() -> list[DialFacts]:
 
     Examples
     --------
-    >>> dial_facts()[0][:3]
-    ('displacement_px', 'px', 'above 0')
+    >>> dial_facts()[0][:2]
+    ('displacement_px', 'px')
     """
     return list(_facts_of(Dials, ""))
 
@@ -79,7 +79,7 @@ def _range(field: FieldInfo) -> str:
     if choices:
         return f"{', '.join(choices[:-1])} or {choices[-1]}"
     limits = {
-        key: getattr(part, key)
+        key: f"{getattr(part, key):g}"
         for part in field.metadata
         for key in ("ge", "gt", "le")
         if hasattr(part, key)
