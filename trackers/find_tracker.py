@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import difflib
 import functools
 import importlib
 import inspect
@@ -17,6 +16,7 @@ from typing import Any
 import yaml
 
 from simbench.core.errors import TrackerError, one_line
+from simbench.core.text import did_you_mean
 from simbench.core.tracker import Tracker
 from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
 
@@ -225,7 +225,7 @@ def _resolved(name: str) -> str:
     known = list(list_trackers())
     raise TrackerError(
         f"no tracker {name!r}; there are: {', '.join(known)}, or module:Class"
-        f"{_closest(name, known)}"
+        f"{did_you_mean(name, known)}"
     )
 
 
@@ -280,7 +280,7 @@ def _check_parameter(
     if parameter not in accepted:
         raise TrackerError(
             f"tracker {name} has no parameter {parameter!r}; it accepts: "
-            f"{', '.join(accepted) or 'none'}{_closest(parameter, list(accepted))}"
+            f"{', '.join(accepted) or 'none'}{did_you_mean(parameter, list(accepted))}"
         )
     kind = type(accepted[parameter])
     if kind not in (bool, int, float):
@@ -291,9 +291,3 @@ def _check_parameter(
         raise TrackerError(
             f"tracker {name}: {parameter} must be {kind.__name__}, got {value!r}"
         )
-
-
-def _closest(word: str, known: list[str]) -> str:
-    """Return a suggestion of the most similar known word, or an empty string."""
-    matches = difflib.get_close_matches(word, known, n=1)
-    return f"; did you mean {matches[0]}?" if matches else ""

@@ -16,9 +16,10 @@ import re
 from typing import Any
 
 from simbench.core.errors import ScenarioError
+from simbench.core.text import did_you_mean
 from simbench.scenarios.files.mistake_lines import scenario_error
 from simbench.scenarios.files.samples import is_sample
-from simbench.scenarios.schema.mistakes import Mistake, Mistakes, did_you_mean
+from simbench.scenarios.schema.mistakes import Mistake, Mistakes
 
 __all__ = ["KEY", "apply_variant", "variant_names"]
 

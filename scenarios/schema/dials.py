@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from simbench.scenarios.schema.mistakes import did_you_mean
+from simbench.core.text import did_you_mean
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = ["DIAL_NAMES", "Dials", "Distractors", "Occlusion"]

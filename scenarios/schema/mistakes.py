@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from simbench.core.text import did_you_mean
 from simbench.scenarios.schema.strict_model import types_in
 
-__all__ = ["Mistake", "Mistakes", "did_you_mean", "mistakes_in", "types_at"]
+__all__ = ["Mistake", "Mistakes", "mistakes_in", "types_at"]
 
 ROAD_TAGS = ("<carriageway>", "<floor>", "<network>")
 """Tags of the kinds of road: part of pydantic's error locations, not of files."""
@@ -99,19 +99,6 @@ def mistakes_in(
             text = _text(one, model, place)
             found.append(Mistake((*key, *place), " ".join(text.split())))
     return found
-
-
-def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Return a question for the most similar known word, or an empty string.
-
-    Examples
-    --------
-    >>> did_you_mean("whit", ["red", "white"])
-    " (did you mean 'white'?)"
-    """
-    text = str(word)[:_LONGEST]
-    near = difflib.get_close_matches(text, list(known), n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
 
 
 def types_at(model: type[BaseModel], key: Iterable[str]) -> set[Any]:

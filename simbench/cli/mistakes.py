@@ -6,7 +6,8 @@ from typing import Final
 
 import typer
 
-from simbench.cli.names import did_you_mean, scenario_names
+from simbench.cli.names import scenario_names
+from simbench.core.text import did_you_mean
 
 __all__ = ["usage_mistake"]
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
 from simbench.core.errors import SimbenchError
+from simbench.core.text import did_you_mean
 
 __all__ = [
     "CHANNELS",
@@ -19,7 +19,6 @@ __all__ = [
     "complete_scenario_or_tracker",
     "complete_trackers",
     "dial_names",
-    "did_you_mean",
     "require_name",
     "scenario_names",
     "tracker_names",
@@ -40,19 +39,6 @@ CHANNELS: Final = ("depth", "flow")
 """As `simbench.datasets.channels.CHANNELS`."""
 
 _YAML: Final = (".yaml", ".yml")
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a hint at the most similar known name, or an empty text.
-
-    Examples
-    --------
-    >>> did_you_mean("naitve", FORMATS)
-    "; did you mean 'native'?"
-    """
-    lower = {one.lower(): one for one in known}
-    near = difflib.get_close_matches(name.lower(), lower, n=1)
-    return f"; did you mean {lower[near[0]]!r}?" if near else ""
 
 
 def require_name(what: str, name: str, known: Sequence[str]) -> str:

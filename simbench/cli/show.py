@@ -12,11 +12,11 @@ from simbench.cli.arguments import Frames, recipes_from
 from simbench.cli.display import interruptible, print_line, progress_bar
 from simbench.cli.names import (
     complete_scenario_or_tracker,
-    did_you_mean,
     scenario_names,
     tracker_names,
 )
 from simbench.core.errors import SimbenchError
+from simbench.core.text import did_you_mean
 
 __all__ = ["show"]
 

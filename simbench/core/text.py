@@ -1,4 +1,4 @@
-r"""Text made safe for terminals, tables, XML and HTML.
+r"""Text made safe for terminals, tables, XML and HTML, and hints at similar words.
 
 Exception texts, labels and file names come from users and third-party code. They may
 hold escape sequences that recolour or retitle a terminal, characters that XML forbids,
@@ -9,11 +9,14 @@ would escape them.
 
 from __future__ import annotations
 
+import difflib
 import re
+from collections.abc import Iterable
 from typing import Final
 
-__all__ = ["printable"]
+__all__ = ["did_you_mean", "printable"]
 
+_LONGEST: Final = 100  # characters of a word that are compared
 _BREAK: Final = re.compile("\r\n|[\n\r\v\f\x85\u2028\u2029]")
 _UNSAFE: Final = re.compile(
     "["
@@ -56,6 +59,21 @@ def printable(text: str, *, lines: bool = False) -> str:
     if lines or len(parts) == 1:
         return "\n".join(parts)
     return " ".join(part.strip(" ") for part in parts if part.strip(" "))
+
+
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """Return a question for the most similar known word, or an empty string.
+
+    Upper and lower case are the same.
+
+    Examples
+    --------
+    >>> did_you_mean("Whit", ["red", "white"])
+    " (did you mean 'white'?)"
+    """
+    lower = {one.lower(): one for one in known}
+    near = difflib.get_close_matches(str(word).lower()[:_LONGEST], lower, n=1)
+    return f" (did you mean {lower[near[0]]!r}?)" if near else ""
 
 
 def _escape(found: re.Match[str]) -> str:

@@ -130,7 +130,7 @@ def test_module_is_the_one_that_defines_the_tracker(spec: str, module: str) -> N
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("condensatoin", "no tracker 'condensatoin'; .*did you mean condensation"),
+        ("condensatoin", "no tracker 'condensatoin'; .*did you mean 'condensation'"),
         ("condensation@particle=3", "no parameter 'particle'.*sigma.*mean particles"),
         ("condensation@particles=few", "particles must be int, got 'few'"),
         ("condensation@particles=true", "particles must be int, got True"),
