@@ -11,7 +11,7 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat bench lint format house clean
+.PHONY: demo test test-all test-compat attack bench lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -30,6 +30,10 @@ test-all: lint .venv/chromium
 # the toolkits of others, unmodified, read and score what 'simbench generate' writes
 test-compat: .venv-compat/installed
 	.venv-compat/bin/pytest tests/compat
+
+# kills, bad trackers, hostile files, bad places; the table is in results/attack.md
+attack: .venv/developer
+	$(BIN)/python -m tests.attack
 
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed

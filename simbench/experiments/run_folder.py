@@ -31,6 +31,7 @@ from simbench.experiments.experiment import Experiment
 from simbench.experiments.request import Request, path_safe
 from simbench.runtime.code_digest import digest_of
 from simbench.runtime.locks import empty_folder, is_lock_file, locked
+from simbench.runtime.worker_log import shorten
 
 __all__ = ["RunFolder"]
 
@@ -62,14 +63,14 @@ class RunFolder:
             If it holds other files, which are left as they are, or cannot be read.
         """
         try:
-            is_foreign = any(self.path.iterdir()) and not self._is_ours()
+            names = {path.name for path in self.path.iterdir()}
         except FileNotFoundError:
             return
         except OSError as error:
-            raise DatasetError(
-                f"{self.path}: cannot be a run folder: {error.strerror}"
-            ) from None
-        if is_foreign:
+            raise self._unusable(error) from None
+        if names == {self._lock.name}:  # from a run that was killed at once, if ours
+            names = set() if self._lock.stat().st_size == 0 else names
+        if names and not self._is_ours():
             raise DatasetError(
                 f"{self.path}: expected a new, empty or run folder, found other files"
             )
@@ -86,11 +87,10 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise DatasetError(
-                f"{self.path}: cannot be a run folder: {error.strerror}"
-            ) from None
+            raise self._unusable(error) from None
         self.refuse_foreign()
         with locked(self._lock):
+            shorten(self.log)
             yield
 
     def output(self, scenario: str, seed: int, tracker: str, repetition: int) -> Path:
@@ -219,6 +219,11 @@ class RunFolder:
             return False
         ended = facts.get("finished") is True and facts.get("digest") == digest
         return ended and page.rstrip().endswith("</html>")
+
+    def _unusable(self, error: OSError) -> DatasetError:
+        is_other = isinstance(error, FileExistsError | NotADirectoryError)
+        reason = "found another file there" if is_other else error.strerror
+        return DatasetError(f"{self.path}: expected a folder for a run: {reason}")
 
     @property
     def _lock(self) -> Path:

@@ -9,6 +9,7 @@ import builtins
 import ctypes
 import gc
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -27,7 +28,7 @@ from simbench.core.box import Box
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 
-__all__ = ["BAD_TRACKERS", "FINE", "HANGS", "LOST"]
+__all__ = ["BAD_TRACKERS", "FINE", "HANGS", "LOST", "Walk", "fault_of"]
 
 FINE = None
 """Expected of trackers that are odd, but keep the contract."""
@@ -52,6 +53,32 @@ class Walk:
         left = self.box.left + float(self.rng.normal())
         self.box = replace(self.box, left=left)
         return Estimate(self.box, particles=5)
+
+
+def fault_of(name: str, kind: str, value: Any) -> str:
+    """Return what is wrong with what was said of a bad tracker, or an empty text.
+
+    Parameters
+    ----------
+    name : str
+        One of `BAD_TRACKERS`.
+    kind : str
+        How its job ended: ``done`` or ``lost`` are expected.
+    value : Track or str
+        What the job returned.
+    """
+    expected = BAD_TRACKERS[name]
+    if expected == LOST:
+        return "" if kind == "lost" else f"expected a lost job, got {kind}: {value}"
+    if kind != "done":
+        return f"expected a track, got {kind}: {value}"
+    reason = "".join(map(str, value.failures))
+    if expected is FINE and reason:
+        return f"expected no failure, got {reason}"
+    if not reason.isprintable() or not re.search(expected or "", reason):
+        return f"expected {expected}, got {reason}"
+    end = value.failures[0].frame if value.failures else len(value.boxes)
+    return "" if np.isfinite(value.boxes[:end]).all() else "a box is no number"
 
 
 def _tracker(name: str, expected: str | None, members: dict[str, Any]) -> None:

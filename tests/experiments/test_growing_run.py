@@ -15,6 +15,7 @@ from simbench.evaluation.scores import Scores
 from simbench.experiments.rebuild_report import rebuild_report
 from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult, run_experiment
+from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
@@ -153,6 +154,24 @@ def test_foreign_folder_is_refused_untouched(tmp_path: Path, name: str) -> None:
             run(request("still"), tmp_path, replace=replace)
     for place, text in content.items():
         assert (tmp_path / place).read_text() == text
+
+
+def test_file_in_the_place_of_a_run_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "run").write_text("mine")
+    with pytest.raises(DatasetError, match="run: expected a folder for a run: found"):
+        run(request("still"), tmp_path / "run")
+
+
+def test_folder_of_a_run_killed_at_once_can_be_used(tmp_path: Path) -> None:
+    (tmp_path / ".lock").touch()
+    RunFolder(tmp_path).refuse_foreign()
+
+
+def test_log_of_the_workers_is_bounded(tmp_path: Path) -> None:
+    with RunFolder(tmp_path).locked():
+        (tmp_path / "workers.log").write_text("a line\n" * 400_000)
+    with RunFolder(tmp_path).locked():
+        assert (tmp_path / "workers.log").stat().st_size <= 10**6
 
 
 def test_tracker_killed_from_outside_runs_again(tmp_path: Path) -> None:

@@ -1,0 +1,76 @@
+"""Attack simbench and say what it survived: ``python -m tests.attack [KILLS]``.
+
+Prints a table and writes it to ``results/attack.md``; exit status 1 if anything failed.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+from simbench import __version__
+from simbench.core.atomic_write import atomic_write
+from simbench.runtime.versions import core_count, host
+from tests.attack.tries import KINDS, Result, attack
+
+_REPORT = Path(__file__).parents[2] / "results" / "attack.md"
+_KILLS = 100
+_PARTS = {"files": 8, "places": 4}  # other kinds in as many as there are cores
+
+
+def main(kills: int) -> int:
+    """Make all tries, two or more at a time, and report."""
+    began = time.monotonic()
+    results: list[Result] = []
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(core_count(), mp_context=context) as pool:
+        running = {
+            pool.submit(attack, kind, part, parts, kills): kind
+            for kind in KINDS
+            for parts in [_PARTS.get(kind, core_count())]
+            for part in range(parts)
+        }
+        for done, future in enumerate(as_completed(running), 1):
+            results += future.result()
+            print(f"{done} of {len(running)} parts", file=sys.stderr, flush=True)
+    table = report(results, time.monotonic() - began)
+    print(table)
+    with atomic_write(_REPORT) as temporary:
+        temporary.write_text(table, encoding="utf-8")
+    return 0 if all(result.survived for result in results) else 1
+
+
+def report(results: list[Result], seconds: float) -> str:
+    """Return the table of tries as Markdown."""
+    tried = Counter(result.kind for result in results)
+    survived = Counter(result.kind for result in results if result.survived)
+    lines = [
+        "# The attack",
+        "",
+        f"`make attack`, simbench {__version__}, {host()['processor']}, "
+        f"{core_count()} cores, {seconds / 60.0:.0f} minutes.",
+        "",
+        "| attack | tried | survived |",
+        "|---|---|---|",
+        *(
+            f"| {what} | {tried[kind]} | {survived[kind]} |"
+            for kind, what in KINDS.items()
+        ),
+        f"| all | {len(results)} | {sum(survived.values())} |",
+        "",
+        "A try is survived if the command ends by itself with status 0, 1, 2 or 130",
+        "and no traceback, leaves no process behind, touches nothing of the user's,",
+        "and (for files) takes at most 10 s and 1 GB. After a kill, the same command",
+        "must end with the results of an undisturbed one, and keep what was finished.",
+        "",
+    ]
+    lost = [f"- {one.kind}: {one.what}" for one in results if not one.survived]
+    return "\n".join([*lines, *(["Not survived:", "", *lost, ""] if lost else [])])
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else _KILLS))
