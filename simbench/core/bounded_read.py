@@ -28,6 +28,7 @@ __all__ = [
     "require_below",
 ]
 
+_PIECE: Final = 2**16  # bytes
 LARGEST_JSON: Final = 32 * 2**20
 """Most bytes of a JSON file."""
 _DEEPEST: Final = 64  # levels of JSON
@@ -205,16 +206,20 @@ def parse_json(content: bytes, where: object) -> Any:
 
 
 def _read(file: BinaryIO, path: Path, most_bytes: int) -> bytes:
+    content = bytearray()
     try:
-        content = file.read(most_bytes + 1)
+        # never more at a time than the size it tells: memory is taken before reading
+        size = os.fstat(file.fileno()).st_size
+        while piece := file.read(max(size + 1 - len(content), _PIECE)):
+            content += piece
+            if len(content) > most_bytes:  # it hides its size, or has grown
+                _require_size(path, math.inf, most_bytes)
     except OSError as error:
         reason = error.strerror or error
         raise DatasetError(f"{path}: cannot be read: {reason}") from None
-    if content is None:  # of the kernel's own files, which wait for more
+    if piece is None:  # of the kernel's own files, which wait for more
         raise DatasetError(f"{path}: cannot be read: it has no content yet")
-    if len(content) > most_bytes:  # it hides its size, or has grown
-        _require_size(path, math.inf, most_bytes)
-    return content
+    return bytes(content)
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -25,7 +25,7 @@ class SimbenchError(Exception):
     @property
     def lines(self) -> tuple[str, ...]:
         """What to print, one line a mistake."""
-        return (str(self),)
+        return tuple(str(self).splitlines())
 
 
 class ScenarioError(SimbenchError):

@@ -203,6 +203,8 @@ def _construct_and_run(
             timeout_s=limits.timeout_s,
             on_frame=on_frame,
         )
+    except MemoryError as error:  # the tracker left too little to read an image
+        fail_with(buffer, error)
     except SimbenchError as error:  # an image that cannot be read
         buffer.break_off(str(error))
 

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.core.atomic_write import atomic_write
+from simbench.core.bounded_read import LARGEST_JSON, parse_json, read_regular
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.evaluation.scores import Scores
 from simbench.experiments.experiment import Experiment
@@ -167,14 +168,9 @@ class RunFolder:
             If there is none, or it is broken.
         """
         path = self.path / "run.json"
-        try:
-            facts = json.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise DatasetError(
-                f"{self.path}: not a run folder: run.json: {error.strerror}"
-            ) from None
-        except ValueError as error:
-            raise DatasetError(f"{path}: not valid JSON: {error}") from None
+        if not path.exists():
+            raise DatasetError(f"{self.path}: not a run folder: run.json: missing")
+        facts = parse_json(read_regular(path, LARGEST_JSON), path)
         if not isinstance(facts, dict) or facts.get("simbench") != "run":
             raise DatasetError(f"{path}: expected the file of a run, found another")
         return facts

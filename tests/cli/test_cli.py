@@ -389,7 +389,7 @@ def test_debug_shows_the_traceback() -> None:
     )
     assert done.returncode == 2
     assert "Traceback" in done.stderr
-    assert done.stderr.endswith("No such file or directory\n")
+    assert done.stderr.endswith("not a run folder: run.json: missing\n")
 
 
 @pytest.mark.sumo

@@ -70,7 +70,7 @@ class _Manifest(BaseModel):
     channels: list[str]
     licence: str = ""
     sequences: int = 0
-    productions: Annotated[list[_Production], Field(min_length=1)]
+    productions: list[_Production]
 
 
 @dataclass(frozen=True, slots=True)
