@@ -174,6 +174,15 @@ def test_log_of_the_workers_is_bounded(tmp_path: Path) -> None:
         assert (tmp_path / "workers.log").stat().st_size <= 10**6
 
 
+def test_tracker_cannot_raise_scores_by_patching_numpy(tmp_path: Path) -> None:
+    cheat = request("one=tests.attack.bad_trackers:PatchesNumpy", "still")
+    honest = request("one=tests.attack.bad_trackers:Walk", "still")
+    found = run(cheat, tmp_path / "cheat", jobs=1).scores.runs
+    expected = run(honest, tmp_path / "honest").scores.runs
+    for measure in ("precision_20", "success_50", "center_error_px"):
+        assert found[measure].tolist() == expected[measure].tolist()
+
+
 def test_tracker_killed_from_outside_runs_again(tmp_path: Path) -> None:
     killed = "once=tests.experiments.test_growing_run:KilledOnce"
     KilledOnce.mark(tmp_path)
