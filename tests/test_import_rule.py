@@ -36,6 +36,7 @@ ONLY_THERE = {
     },
     "pyrender": {
         "simbench.render.gl.batches",
+        "simbench.render.gl.egl_devices",
         "simbench.render.gl.offscreen",
         "simbench.render.gl.shader_programs",
     },

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
@@ -26,6 +26,10 @@ _TIMEOUT_S = 60.0
 _CHECK_OPENGL = """
 from simbench.render.gl.offscreen import describe_context
 print(*describe_context().values(), sep=" | ")
+"""
+_CHECK_DEVICE = """
+from simbench.render.gl.offscreen import describe_device
+print(describe_device())
 """
 _CHECK_SUMO = "import libsumo; print(libsumo.getVersion()[1].removeprefix('SUMO '))"
 _CHECK_OPENCV = "import cv2; print(cv2.__version__)"
@@ -65,7 +69,7 @@ def examine() -> list[Diagnosis]:
         Diagnosis("Python", "ok", f"{platform.python_version()} in {sys.prefix}"),
         Diagnosis("simbench", "ok", __version__),
         _run_check("SUMO", _CHECK_SUMO, _APT),
-        _run_check("OpenGL, offscreen", _CHECK_OPENGL, _APT),
+        *_opengl(),
         _run_check("OpenCV", _CHECK_OPENCV, _INSTALL),
         _run_check("numba", _CHECK_NUMBA, _INSTALL),
         _installed("pyrender", "pyrender", "pyrender-maintained"),
@@ -79,6 +83,16 @@ def opengl_renderer() -> str:
     """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
     finding = _run_check("OpenGL", _CHECK_OPENGL, "")
     return finding.found if finding.state == "ok" else ""
+
+
+def _opengl() -> list[Diagnosis]:
+    """Check OpenGL and, if it works, tell which device renders."""
+    opengl = _run_check("OpenGL, offscreen", _CHECK_OPENGL, _APT)
+    if opengl.state == "ok":
+        return [opengl, _run_check("OpenGL device", _CHECK_DEVICE, _APT)]
+    if "EGL_DEVICE_ID" in opengl.found:
+        return [replace(opengl, remedy="unset EGL_DEVICE_ID")]
+    return [opengl]
 
 
 def _run_check(name: str, program: str, remedy: str) -> Diagnosis:

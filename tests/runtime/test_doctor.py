@@ -19,6 +19,19 @@ def test_healthy_machine_lacks_nothing() -> None:
     assert {"Python", "SUMO", "OpenGL, offscreen", "OpenCV", "cores"} <= set(findings)
     assert findings["cores"].found == str(core_count())
     assert doctor.opengl_renderer() == findings["OpenGL, offscreen"].found
+    renderer = doctor.opengl_renderer().split(" | ")[1]
+    assert f"({renderer})" in findings["OpenGL device"].found
+
+
+@pytest.mark.gl
+def test_device_that_does_not_exist_is_repaired_by_not_asking_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("EGL_DEVICE_ID", "99")
+    (finding,) = doctor._opengl()
+    assert finding.state == "missing"
+    assert finding.found.endswith("got '99'")
+    assert finding.remedy == "unset EGL_DEVICE_ID"
 
 
 @pytest.mark.parametrize(
