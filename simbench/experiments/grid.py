@@ -196,7 +196,7 @@ class _Grid:
             task,
             "generate",
             generate_sequence,
-            (task.scenario, task.seed, task.sequence),
+            (task.scenario, task.seed, task.sequence, task.renderer),
             limit_s,
         )
 

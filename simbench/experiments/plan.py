@@ -89,6 +89,8 @@ class SequenceTask:
     is_first : bool
         Whether it has the first seed, which the report shows.
     track_tasks : tuple of TrackTask
+    renderer : str
+        The OpenGL that must render it, see `plan`.
     """
 
     scenario: Scenario
@@ -96,6 +98,7 @@ class SequenceTask:
     sequence: Path
     is_first: bool
     track_tasks: tuple[TrackTask, ...]
+    renderer: str
 
     @property
     def title(self) -> str:
@@ -159,6 +162,7 @@ def plan(
                 track.sequence,
                 is_first,
                 tuple(runs[key] for key in keys),
+                renderer,
             )
         )
     return tasks

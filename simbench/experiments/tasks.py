@@ -30,9 +30,19 @@ __all__ = ["generate_sequence", "run_track", "score_track"]
 
 
 def generate_sequence(
-    scenario: Scenario, seed: int, folder: Path, report: ReportProgress
+    scenario: Scenario, seed: int, folder: Path, renderer: str, report: ReportProgress
 ) -> tuple[Literal["failed", "unreachable"], str] | None:
     """Generate one sequence into ``folder``.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed : int
+    folder : Path
+    renderer : str
+        The OpenGL that must render it, as `simbench.runtime.doctor.opengl_renderer`
+        names it: frames of two devices are not mixed in one run.
+    report : callable
 
     Returns
     -------
@@ -42,6 +52,7 @@ def generate_sequence(
     """
     # here, so that a process that only tracks loads neither simulator nor renderer
     from simbench.generation.generate import generate
+    from simbench.render.gl.offscreen import describe_context
 
     cv2.setNumThreads(1)
     shutil.rmtree(folder, ignore_errors=True)  # what an interrupted run left
@@ -51,6 +62,9 @@ def generate_sequence(
         return "unreachable", str(error)
     except SimbenchError as error:
         return "failed", str(error)
+    used = " | ".join(describe_context().values())
+    if used != renderer:
+        return "failed", f"expected {renderer} to render, got {used}: set EGL_DEVICE_ID"
     return None
 
 

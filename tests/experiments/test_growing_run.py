@@ -10,13 +10,17 @@ from pathlib import Path
 import pytest
 
 import simbench.experiments.run as run_module
+import simbench.runtime.code_digest as code_digest_module
 from simbench.core.errors import DatasetError, TrackerError
 from simbench.evaluation.scores import Scores
 from simbench.experiments.rebuild_report import rebuild_report
 from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.experiments.run_folder import RunFolder
+from simbench.experiments.tasks import generate_sequence
 from simbench.experiments.tracker_codes import tracker_codes
+from simbench.runtime.code_digest import code_digest
+from simbench.runtime.versions import versions
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
 
@@ -127,14 +131,28 @@ def test_replacing_runs_again_what_is_named_and_keeps_the_rest(there: Path) -> N
 def test_another_environment_is_named_and_its_results_are_made_again(
     there: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(run_module, "opengl_renderer", lambda: "another renderer")
+    newer = versions() | {"numpy": "99.0"}
     said: list[str] = []
     before = Scores.read(there)
-    found = run(request("still"), there, notice=said.append).scores
+    with monkeypatch.context() as patch:
+        for module in (run_module, code_digest_module):
+            patch.setattr(module, "versions", lambda: newer)
+        code_digest.cache_clear()
+        found = run(request("still"), there, notice=said.append).scores
+    code_digest.cache_clear()
     assert found.runs["fps"][0] != before.runs["fps"][0]
     (line,) = said
     assert "results are made again" in line
-    assert line.endswith("-> another renderer")
+    assert line.endswith("-> 99.0")
+
+
+def test_frames_of_another_renderer_are_refused(tmp_path: Path) -> None:
+    smoke = load_scenario("smoke").shortened(2)
+    end = generate_sequence(smoke, 0, tmp_path / "a", "a GPU", lambda done, of: None)
+    assert end is not None
+    status, reason = end
+    assert status == "failed"
+    assert reason.startswith("expected a GPU to render, got ")
 
 
 @pytest.mark.parametrize("name", ["run.json", ".lock"])
