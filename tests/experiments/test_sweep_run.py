@@ -27,7 +27,7 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         pytest.param(
             ["--vary", "noise=0:1"], "expected DIAL=FIRST:LAST:STEP", id="form"
         ),
-        pytest.param(["--vary", "colour=0,1"], "'colour' is no dial", id="no dial"),
+        pytest.param(["--vary", "colour=0,1"], "got 'colour'", id="no dial"),
         pytest.param(["--vary", "noise=0,7"], "dials.noise", id="out of range"),
         pytest.param(["--vary", "noise=0:1:0"], "step above 0", id="step of zero"),
         pytest.param(

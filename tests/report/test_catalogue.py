@@ -111,8 +111,8 @@ def test_catalogue_reports_an_invalid_scenario_beside_the_others(
     made: tuple[int, str, str],
 ) -> None:
     _, printed, page = made
-    assert "failed: ./odd.yaml: " in printed
-    assert "No pictures: ./odd.yaml: " in page
+    assert "failed: odd.yaml:" in printed
+    assert "No pictures: odd.yaml:" in page
     assert '<span class="id">odd</span>' in page
 
 
