@@ -131,7 +131,7 @@ def test_module_is_the_one_that_defines_the_tracker(spec: str, module: str) -> N
     ("spec", "message"),
     [
         ("condensatoin", "no tracker 'condensatoin'; .*did you mean 'condensation'"),
-        ("condensation@particle=3", "no parameter 'particle'.*sigma.*mean particles"),
+        ("condensation@particle=3", "no parameter 'particle'.*sigma.*mean 'particles'"),
         ("condensation@particles=few", "particles must be int, got 'few'"),
         ("condensation@particles=true", "particles must be int, got True"),
         ("condensation@particles=0", "particles must be at least 1, got 0"),
