@@ -35,8 +35,16 @@ def main(kills: int) -> int:
             for part in range(parts)
         }
         for done, future in enumerate(as_completed(running), 1):
-            results += future.result()
-            print(f"{done} of {len(running)} parts", file=sys.stderr, flush=True)
+            found = future.result()
+            results += found
+            lost = [one.what for one in found if not one.survived]
+            print(
+                f"{done} of {len(running)} parts: {len(found)} {running[future]}",
+                *lost,
+                sep="\n  ",
+                file=sys.stderr,
+                flush=True,
+            )
     table = report(results, time.monotonic() - began)
     print(table)
     with atomic_write(_REPORT) as temporary:

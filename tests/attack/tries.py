@@ -30,12 +30,12 @@ from tests.tiny_sequence import tiny_sequence
 __all__ = ["KINDS", "Result", "attack"]
 
 KINDS = {
-    "kills": "kills at random moments of run, generate, sweep and check",
     "trackers": "kinds of bad tracker, each beside an undisturbed one",
     "files": "hostile scenario files, networks, routes, entries and archives",
     "datasets": "damaged data sets and sequences, given to verify",
     "baselines": "damaged baselines, given to check",
     "places": "bad places to write: full, read-only, foreign, odd names",
+    "kills": "kills at random moments of run, generate, sweep and check",
 }
 """Kinds of attack, and what is tried."""
 
