@@ -31,13 +31,17 @@ __all__ = [
 
 # Sensor noise leaves PNG's match search little to find: Huffman codes alone are both
 # smaller (57 against 64 % of raw) and faster (31 against 43 ms at 720 x 480) than
-# level 1 with matches, measured on a noisy road picture.
+# level 1 with matches, measured on a noisy road picture. One filter for all rows, the
+# average of left and above, halves the time again (14.0 against 25.5 ms at 640 x 400)
+# for at most 3 % larger files than the best filter of each row.
 _PNG = [
     cv2.IMWRITE_PNG_COMPRESSION,
     1,
     cv2.IMWRITE_PNG_STRATEGY,
     cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
 ]
+if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # not in the oldest OpenCV that is supported
+    _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_AVG]
 _LARGEST = 256 * 2**20  # bytes of a file
 _MOST_PIXELS = 2**24
 _TIFF_WIDTH, _TIFF_HEIGHT, _TIFF_SHORT = 256, 257, 3
@@ -198,7 +202,7 @@ def encoded_png(image: NDArray[np.uint8]) -> bytes:
         raise ValueError(
             f"image must be (H, W, 3) uint8, got {image.shape} {image.dtype}"
         )
-    _, encoded = cv2.imencode(".png", image[..., ::-1], _PNG)
+    _, encoded = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), _PNG)
     return encoded.tobytes()
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import dataclasses
 import gc
 import json
+import struct
 import tempfile
 import weakref
+import zlib
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -17,6 +20,7 @@ import pytest
 from simbench.core.errors import DatasetError
 from simbench.core.mask import Mask
 from simbench.core.sequence import Sequence
+from simbench.datasets.frames import decoded_picture, encoded_png
 from simbench.datasets.native import (
     FrameFolder,
     is_finished,
@@ -186,6 +190,36 @@ def test_owner_lives_as_long_as_the_frames(tiny: Sequence) -> None:
     del part
     gc.collect()
     assert not folder.exists()
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (9, 1), (31, 45)])
+@pytest.mark.parametrize("part", [slice(None), slice(None, None, -1)])
+def test_a_picture_is_decoded_as_it_was_encoded(
+    size: tuple[int, int], part: slice
+) -> None:
+    rng = np.random.default_rng(0)
+    ramp = np.linspace(0, 255, size[1]).astype(np.uint8)
+    for image in (
+        rng.integers(0, 256, (*size, 3), np.uint8),
+        np.broadcast_to(ramp[None, :, None], (*size, 3)),  # read-only, not contiguous
+    ):
+        image = image[:, part]
+        decoded = decoded_picture(encoded_png(image), "picture")
+        assert np.array_equal(decoded, image)
+
+
+@pytest.mark.skipif(not hasattr(cv2, "IMWRITE_PNG_FILTER"), reason="older OpenCV")
+def test_rows_are_not_searched_for_their_best_filter() -> None:
+    image = np.random.default_rng(0).integers(0, 256, (40, 30, 3), np.uint8)
+    content = encoded_png(image)
+    data, start = b"", 8
+    while start < len(content):
+        (length,) = struct.unpack_from(">I", content, start)
+        if content[start + 4 : start + 8] == b"IDAT":
+            data += content[start + 8 : start + 8 + length]
+        start += 12 + length
+    filters = zlib.decompress(data)[:: 1 + 3 * 30]
+    assert set(filters) == {3}  # average
 
 
 def test_float_image_is_refused(tmp_path: Path) -> None:
