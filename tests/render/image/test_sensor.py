@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.render.image.sensor import simulate_sensor
+from simbench.render.image.sensor import _add_noise, simulate_sensor
 from simbench.scenarios.schema import Imaging
 
 
@@ -55,6 +55,18 @@ def test_noise_has_the_requested_spread(
     spread = (expected**2 + 1 / 12) ** 0.5
     assert noisy.std() == pytest.approx(spread, rel=5 / 60_000**0.5)
     assert noisy.mean() == pytest.approx(level, abs=5 * spread / 30_000**0.5)
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (37, 41, 3), (211, 320, 3)])
+def test_the_noise_is_that_of_numpy_to_the_bit(
+    shape: tuple[int, ...], rng: np.random.Generator
+) -> None:
+    picture = rng.integers(0, 256, shape, np.uint8)
+    scale = np.linspace(0.0, 60.0, 256, dtype=np.float32)
+    normals = rng.standard_normal(shape, dtype=np.float32)
+    noisy = _add_noise(picture, normals, scale)
+    expected = np.clip(np.rint(picture + normals * scale[picture]), 0, 255)
+    assert np.array_equal(noisy, expected.astype(np.uint8))
 
 
 def test_the_same_generator_state_gives_the_same_noise() -> None:
