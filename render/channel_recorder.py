@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 from simbench.render.flow import View, forward_flow, sample_offset
-from simbench.render.gl.scene_renderer import RenderedFrame
+from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.world.scene import FIRST_VEHICLE_ID
 
 __all__ = ["ChannelRecorder"]

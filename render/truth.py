@@ -13,7 +13,8 @@ from simbench.core.camera import Camera
 from simbench.core.mask import Mask
 from simbench.core.sequence import Truth, VehicleTruth
 from simbench.core.trajectories import Trajectories
-from simbench.render.gl.scene_renderer import RenderedFrame
+from simbench.render.gl.framebuffers import Window
+from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.instance_ids import extents, pixel_ids, vehicle_masks
 from simbench.render.world.projection import NEAR_M
 from simbench.render.world.scene import Scene
@@ -21,8 +22,8 @@ from simbench.render.world.vehicles import hull
 
 __all__ = ["Silhouette", "TruthRecorder", "amodal_boxes"]
 
-Silhouette = Callable[[NDArray[np.int64]], NDArray[np.bool_]]
-"""Renders vehicles alone, by index: the samples that they would cover."""
+Silhouette = Callable[[NDArray[np.int64], Window], NDArray[np.bool_]]
+"""Renders vehicles alone, by index: the samples that they would cover in a window."""
 
 
 def amodal_boxes(
@@ -111,9 +112,9 @@ class TruthRecorder:
         frame : RenderedFrame
         camera : Camera
         poses : (V, 4, 4) float
-        silhouette : callable of (N,) int to (S H, S W) bool, optional
-            Renders vehicles without anything else. Without it, only the target's
-            visible fraction is known.
+        silhouette : callable of (N,) int and a window to (S H, S W) bool, optional
+            Renders vehicles without anything else, see `Silhouette`. Without it, only
+            the target's visible fraction is known.
         """
         boxes = amodal_boxes(camera, self.trajectories, poses)
         first, count = int(self.scene.ids[0]), len(self.scene.ids)
@@ -132,8 +133,11 @@ class TruthRecorder:
         }
         self._add_target(frame)
         if silhouette is not None:
-            share = self._visible_fraction(boxes, found[:, 0], silhouette)
-            share[self.trajectories.target] = self._fraction[-1]
+            target = self.trajectories.target
+            others = found[:, 0] * (np.arange(count) != target)
+            limit = frame.ids.shape[::-1]
+            share = self._visible_fraction(boxes, others, silhouette, limit)
+            share[target] = self._fraction[-1]
             row["visible_fraction"] = share
         self._rows.append(row)
         pixels = pixel_ids(frame.ids, self.samples)
@@ -150,19 +154,22 @@ class TruthRecorder:
         boxes: NDArray[np.float64],
         seen: NDArray[np.int64],
         silhouette: Silhouette,
+        limit: tuple[int, ...],
     ) -> NDArray[np.float64]:
-        """Return the visible fraction of each vehicle, (V,).
+        """Return the visible fraction of each vehicle, (V,), in a picture.
 
         Vehicles whose boxes do not overlap are rendered together: the samples covered
-        inside a box belong to its vehicle.
+        inside a box belong to its vehicle. ``limit`` is the number of columns and rows.
         """
         share = np.zeros(len(boxes))
         which = np.flatnonzero((seen > 0) & ~np.isnan(boxes[:, 0]))
         low = np.maximum(np.floor(boxes[which, :2] * self.samples) - 1, 0)
         high = np.ceil((boxes[which, :2] + boxes[which, 2:]) * self.samples) + 1
-        windows = np.hstack([low, high]).astype(np.int64)
+        windows = np.hstack([low, np.minimum(high, limit)]).astype(np.int64)
         for group in _disjoint_groups(windows):
-            covered = silhouette(which[group])
+            left, top = windows[group, :2].min(axis=0).tolist()
+            right, bottom = windows[group, 2:].max(axis=0).tolist()
+            covered = silhouette(which[group], (left, top, right, bottom))
             for index, window in zip(which[group], windows[group], strict=True):
                 left, top, right, bottom = window
                 alone = np.count_nonzero(covered[top:bottom, left:right])
@@ -172,7 +179,8 @@ class TruthRecorder:
 
     def _add_target(self, frame: RenderedFrame) -> None:
         identity = int(self.scene.ids[self.trajectories.target])
-        covered = frame.ids[frame.target_silhouette]
+        window = frame.target_window
+        covered = frame.ids[window][frame.target_silhouette[window]]
         hidden = covered[covered != identity]
         self._absent.append(len(covered) == 0)
         shown = len(covered) - len(hidden)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -18,11 +20,14 @@ from simbench.render.world.projection import SHADOW_TEXELS, linear_depth
 # isort: split
 from OpenGL import GL
 
-__all__ = ["Framebuffers"]
+__all__ = ["Framebuffers", "Window"]
+
+Window = tuple[int, int, int, int]
+"""Left, top, right and bottom of a part of the samples, the last two exclusive."""
 
 
 class Framebuffers:
-    """Colour, id and depth at every sample, the averaged image, the shadow map.
+    """Colour, id and depth at every sample, silhouettes, averaged image, shadow map.
 
     Parameters
     ----------
@@ -35,6 +40,7 @@ class Framebuffers:
         offscreen.make_current()
         self._size = (width, height)
         self._fine = (width * samples, height * samples)
+        self._step = samples
         limit = int(GL.glGetIntegerv(GL.GL_MAX_RENDERBUFFER_SIZE))
         if max(self._fine) > limit:
             raise RenderError(
@@ -47,6 +53,12 @@ class Framebuffers:
         self._attach(GL.GL_COLOR_ATTACHMENT0, GL.GL_RGBA8, self._fine)
         self._attach(GL.GL_COLOR_ATTACHMENT1, GL.GL_R16UI, self._fine)
         self._attach(GL.GL_DEPTH_ATTACHMENT, GL.GL_DEPTH_COMPONENT32F, self._fine)
+        _require_complete()
+        self._silhouette_fb = GL.glGenFramebuffers(1)
+        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._silhouette_fb)
+        self._attach(GL.GL_COLOR_ATTACHMENT1, GL.GL_R8UI, self._fine)
+        GL.glDrawBuffers(2, [GL.GL_NONE, GL.GL_COLOR_ATTACHMENT1])
+        GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT1)
         _require_complete()
         self._small_fb = GL.glGenFramebuffers(1)
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._small_fb)
@@ -63,6 +75,11 @@ class Framebuffers:
         )
         self._renderbuffers.append(buffer)
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples."""
+        return self._fine[1], self._fine[0]
+
     def bind_image(self) -> None:
         """Draw to colour, ids and depth, after clearing ids and depth."""
         self._bind_fine([GL.GL_COLOR_ATTACHMENT0, GL.GL_COLOR_ATTACHMENT1])
@@ -78,6 +95,30 @@ class Framebuffers:
         GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
         GL.glClearBufferuiv(GL.GL_COLOR, 1, np.zeros(4, np.uint32))
 
+    @contextmanager
+    def drawing_silhouette(self, window: Window) -> Iterator[None]:
+        """Draw to the silhouette without depth, in a window that is cleared first."""
+        left, top, right, bottom = window
+        _bind(self._silhouette_fb, self._fine)
+        GL.glDisable(GL.GL_DEPTH_TEST)
+        GL.glEnable(GL.GL_SCISSOR_TEST)
+        GL.glScissor(left, top, right - left, bottom - top)
+        GL.glClearBufferuiv(GL.GL_COLOR, 1, np.zeros(4, np.uint32))
+        try:
+            yield
+        finally:
+            GL.glDisable(GL.GL_SCISSOR_TEST)
+
+    def read_silhouette(self, window: Window) -> NDArray[np.bool_]:
+        """Return the silhouette drawn last at every sample; False out of the window."""
+        left, top, right, bottom = window
+        covered = np.zeros(self.shape, np.bool_)
+        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._silhouette_fb)
+        form, kind = GL.GL_RED_INTEGER, GL.GL_UNSIGNED_BYTE
+        part = _read(window, form, kind, np.uint8, 1)[..., 0]
+        covered[top:bottom, left:right] = part > 0
+        return covered
+
     def bind_shadow(self) -> None:
         """Draw to the shadow map, after clearing it."""
         _bind(self._shadow_fb, (SHADOW_TEXELS, SHADOW_TEXELS))
@@ -92,40 +133,42 @@ class Framebuffers:
         self, *, with_depth: bool
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.float32] | None]:
         """Return the averaged image, the ids and, if requested, the depth."""
-        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
-        GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
-        GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._small_fb)
-        step = self._fine[0] // self._size[0]
-        # Linear filtering averages the samples of a pixel only when it halves the
-        # size; other ratios are averaged on the CPU.
-        if step <= 2:
-            corners = (0, 0, *self._fine, 0, 0, *self._size)
-            GL.glBlitFramebuffer(*corners, GL.GL_COLOR_BUFFER_BIT, GL.GL_LINEAR)
-            GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._small_fb)
-            GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
-            image = _read(self._size, GL.GL_RGB, GL.GL_UNSIGNED_BYTE, np.uint8, 3)
-        else:
-            fine = _read(self._fine, GL.GL_RGB, GL.GL_UNSIGNED_BYTE, np.uint8, 3)
-            image = _mean_of_blocks(fine, step)
-        ids = self.read_ids()
-        depth = None
-        if with_depth:
-            form, kind = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT
-            window = _read(self._fine, form, kind, np.float32, 1)[..., 0]
-            depth = linear_depth(window[step // 2 :: step, step // 2 :: step])
-        return image, ids, depth
+        image, ids = self._read_image(), self.read_ids()
+        if not with_depth:
+            return image, ids, None
+        form, kind = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT
+        window = _read((0, 0, *self._fine), form, kind, np.float32, 1)[..., 0]
+        middle = slice(self._step // 2, None, self._step)
+        return image, ids, linear_depth(window[middle, middle])
 
     def read_ids(self) -> NDArray[np.uint16]:
         """Return the instance ids at every sample."""
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT1)
         form, kind = GL.GL_RED_INTEGER, GL.GL_UNSIGNED_SHORT
-        ids: NDArray[np.uint16] = _read(self._fine, form, kind, np.uint16, 1)[..., 0]
-        return ids
+        ids = _read((0, 0, *self._fine), form, kind, np.uint16, 1)
+        return np.asarray(ids[..., 0], np.uint16)
+
+    def _read_image(self) -> NDArray[np.uint8]:
+        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
+        GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
+        GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._small_fb)
+        form, kind = GL.GL_RGB, GL.GL_UNSIGNED_BYTE
+        whole, small = (0, 0, *self._fine), (0, 0, *self._size)
+        # Linear filtering averages the samples of a pixel only when it halves the
+        # size; other ratios are averaged on the CPU.
+        if self._step > 2:
+            fine = _read(whole, form, kind, np.uint8, 3)
+            return _mean_of_blocks(fine, self._step)
+        GL.glBlitFramebuffer(*whole, *small, GL.GL_COLOR_BUFFER_BIT, GL.GL_LINEAR)
+        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._small_fb)
+        GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
+        return np.asarray(_read(small, form, kind, np.uint8, 3), np.uint8)
 
     def delete(self) -> None:
         """Free all buffers."""
-        GL.glDeleteFramebuffers(3, [self._fine_fb, self._small_fb, self._shadow_fb])
+        drawn = [self._fine_fb, self._silhouette_fb, self._small_fb, self._shadow_fb]
+        GL.glDeleteFramebuffers(len(drawn), drawn)
         GL.glDeleteRenderbuffers(len(self._renderbuffers), self._renderbuffers)
         GL.glDeleteTextures([self._shadow_texture])
 
@@ -140,12 +183,13 @@ def _bind(framebuffer: int, size: tuple[int, int]) -> None:
 
 
 def _read(
-    size: tuple[int, int], form: Any, kind: Any, dtype: Any, channels: int
+    window: Window, form: Any, kind: Any, dtype: Any, channels: int
 ) -> NDArray[Any]:
-    pixels = np.empty((size[1], size[0], channels), dtype)
+    left, top, right, bottom = window
+    pixels = np.empty((bottom - top, right - left, channels), dtype)
     GL.glPixelStorei(GL.GL_PACK_ALIGNMENT, 1)
     address = pixels.ctypes.data_as(ctypes.c_void_p)
-    GL.glReadPixels(0, 0, *size, form, kind, address)
+    GL.glReadPixels(left, top, right - left, bottom - top, form, kind, address)
     return pixels
 
 

@@ -9,7 +9,6 @@ call for each vehicle body, and draws the target again, alone, for its visible f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,41 +20,24 @@ from simbench.render.gl import (
     offscreen,  # must come before pyrender: it sets the platform
 )
 from simbench.render.gl.batches import CellMesh, InstancedMesh, may_be_visible
-from simbench.render.gl.framebuffers import Framebuffers
+from simbench.render.gl.framebuffers import Framebuffers, Window
 from simbench.render.gl.lighting import Lighting
+from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
 from simbench.render.gl.textures import grain_texture
 from simbench.render.world.mesh import Mesh
-from simbench.render.world.projection import clip_matrix, shadow_matrix
+from simbench.render.world.projection import (
+    clip_matrix,
+    covering_window,
+    shadow_matrix,
+    sky_directions,
+)
 from simbench.render.world.scene import Scene
 
 # isort: split
 from OpenGL import GL
 
-__all__ = ["RenderedFrame", "SceneRenderer"]
-
-
-@dataclass(frozen=True, slots=True)
-class RenderedFrame:
-    """Image, ids and depth of one frame, with ``S`` samples a pixel along each axis.
-
-    Attributes
-    ----------
-    image : (H, W, 3) uint8, RGB
-        Mean over the samples of each pixel.
-    ids : (S H, S W) uint16
-        Instance id at every sample, never averaged.
-    target_silhouette : (S H, S W) bool
-        Samples that the target would cover without occlusion.
-    depth : (H, W) float32 or None, m
-        Distance along the optical axis at the sample nearest each pixel's middle;
-        infinite in the sky. None if not requested.
-    """
-
-    image: NDArray[np.uint8]
-    ids: NDArray[np.uint16]
-    target_silhouette: NDArray[np.bool_]
-    depth: NDArray[np.float32] | None
+__all__ = ["SceneRenderer"]
 
 
 class SceneRenderer:
@@ -98,6 +80,11 @@ class SceneRenderer:
         ]
         reach = [np.linalg.norm(mesh.positions, axis=1).max() for mesh in scene.bodies]
         self._reach = np.array(reach, dtype=np.float64)[scene.body_of]
+        ends = [
+            (m.positions.min(axis=0), m.positions.max(axis=0)) for m in scene.bodies
+        ]
+        picks = np.indices((2, 2, 2)).reshape(3, 8).T  # the corners of a box
+        self._corners = np.asarray(ends, np.float64)[:, picks, np.arange(3)]
         self._sky = GL.glGenVertexArrays(1)
 
     def __enter__(self) -> SceneRenderer:
@@ -169,11 +156,34 @@ class SceneRenderer:
         self._draw_scene(camera, clip, light_clip, lighting)
         image, ids, depth = self._buffers.read(with_depth=with_depth)
         shown = np.full(int(present[target]), target)  # none or one
-        silhouette = self.silhouette(camera, poses, shown)
-        return RenderedFrame(image, ids, silhouette, depth)
+        window = self._window(clip, poses, shown)
+        silhouette = self.silhouette(camera, poses, shown, window)
+        left, top, right, bottom = window
+        inside = slice(top, bottom), slice(left, right)
+        return RenderedFrame(image, ids, silhouette, inside, depth)
+
+    def render_ids(
+        self, camera: Camera, poses: NDArray[np.float64], present: NDArray[np.bool_]
+    ) -> NDArray[np.uint16]:
+        """Return the ids of a frame, (S H, S W), without its image.
+
+        They are those of `render` with the same camera, poses and vehicles present.
+        """
+        offscreen.make_current()
+        clip = clip_matrix(camera)
+        self._place(poses, present, clip)
+        self._buffers.bind_ids_only()
+        self._draw_objects(clip, {"view_projection": clip})
+        ids = self._buffers.read_ids()
+        _require_no_error()
+        return ids
 
     def silhouette(
-        self, camera: Camera, poses: NDArray[np.float64], which: NDArray[np.int64]
+        self,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        which: NDArray[np.int64],
+        window: Window | None = None,
     ) -> NDArray[np.bool_]:
         """Return the samples that some vehicles would cover without anything else.
 
@@ -183,25 +193,44 @@ class SceneRenderer:
         poses : (V, 4, 4) float
         which : (N,) int
             Indices of vehicles that are on the road.
+        window : (left, top, right, bottom), optional
+            The only samples to look at; by default those around the vehicles.
 
         Returns
         -------
         (S H, S W) bool
-            At the samples of a frame's ids.
+            At the samples of a frame's ids; False out of the window.
         """
         offscreen.make_current()
-        self._buffers.bind_ids_only()
-        self._programs["bare"].use({"view_projection": clip_matrix(camera)})
-        for number in np.unique(self._scene.body_of[which]).tolist():
-            body = self._bodies[number]
-            chosen = which[self._scene.body_of[which] == number]
-            body.place(poses[chosen].astype(np.float32))
-            body.draw()
-        covered = self._buffers.read_ids() > 0
-        error = GL.glGetError()
-        if error != GL.GL_NO_ERROR:
-            raise RenderError(f"OpenGL: expected no error, got {error:#x}")
+        clip = clip_matrix(camera)
+        if window is None:
+            window = self._window(clip, poses, which)
+        left, top, right, bottom = window
+        if not len(which) or left >= right or top >= bottom:
+            return np.zeros(self._buffers.shape, np.bool_)
+        with self._buffers.drawing_silhouette(window):
+            self._programs["bare"].use({"view_projection": clip})
+            for number in np.unique(self._scene.body_of[which]).tolist():
+                body = self._bodies[number]
+                chosen = which[self._scene.body_of[which] == number]
+                body.place(poses[chosen].astype(np.float32))
+                body.draw()
+        covered = self._buffers.read_silhouette(window)
+        _require_no_error()
         return covered
+
+    def _window(
+        self,
+        clip: NDArray[np.float64],
+        poses: NDArray[np.float64],
+        which: NDArray[np.int64],
+    ) -> Window:
+        """Return a window with all samples that vehicles may cover."""
+        corners = self._corners[self._scene.body_of[which]]
+        placed = corners @ poses[which, :3, :3].transpose(0, 2, 1)
+        placed += poses[which, None, :3, 3]
+        height, width = self._buffers.shape
+        return covering_window(clip, placed.reshape(-1, 3), width, height)
 
     def _place(
         self,
@@ -243,7 +272,17 @@ class SceneRenderer:
             "shadow_map": 0,
             "grain": 1,
         }
-        # From near to far: hidden samples are not shaded.
+        self._draw_objects(clip, uniforms)
+        self._programs["sky"].use(lighting | {"to_world": sky_directions(clip, camera)})
+        GL.glDepthFunc(GL.GL_LEQUAL)
+        GL.glBindVertexArray(self._sky)
+        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+        GL.glDepthFunc(GL.GL_LESS)
+
+    def _draw_objects(
+        self, clip: NDArray[np.float64], uniforms: dict[str, Any]
+    ) -> None:
+        """Draw all but the sky, from near to far: hidden samples are not shaded."""
         self._programs["VEHICLES"].use(uniforms)
         for instances in self._bodies:
             instances.draw()
@@ -254,19 +293,9 @@ class SceneRenderer:
         ):
             self._programs[part].use(uniforms)
             mesh.draw(clip)
-        self._programs["sky"].use(lighting | {"to_world": _unprojection(clip, camera)})
-        GL.glDepthFunc(GL.GL_LEQUAL)
-        GL.glBindVertexArray(self._sky)
-        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
-        GL.glDepthFunc(GL.GL_LESS)
 
 
-def _unprojection(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
-    """Return the map from a clip-space corner at the far plane to a direction."""
-    inverse = np.linalg.inv(clip)
-    shift = np.eye(4)
-    shift[:3, 3] = -camera.position
-    # (inverse @ corner) is a point times w; shifting it by the eye times w keeps the
-    # first three parts along the ray, and w is positive at the far plane.
-    direction: NDArray[np.float64] = shift @ inverse
-    return direction
+def _require_no_error() -> None:
+    error = GL.glGetError()
+    if error != GL.GL_NO_ERROR:
+        raise RenderError(f"OpenGL: expected no error, got {error:#x}")

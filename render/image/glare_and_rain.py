@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.gl.scene_renderer import RenderedFrame
+from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.image.glare import VisibleLamps, draw_glare
 from simbench.render.image.rain import draw_rain
 from simbench.render.world.scene import Scene

@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 
-__all__ = ["NEAR_M", "clip_matrix", "linear_depth", "shadow_matrix"]
+__all__ = [
+    "NEAR_M",
+    "clip_matrix",
+    "covering_window",
+    "linear_depth",
+    "shadow_matrix",
+    "sky_directions",
+]
 
 NEAR_M, _FAR_M = 0.4, 2500.0
 SHADOW_RADIUS_M = 55.0
@@ -39,6 +46,50 @@ def clip_matrix(camera: Camera) -> NDArray[np.float64]:
     view[:3, 3] = camera.translation
     clip: NDArray[np.float64] = projection @ view
     return clip
+
+
+def covering_window(
+    clip: NDArray[np.float64], points: NDArray[np.float64], width: int, height: int
+) -> tuple[int, int, int, int]:
+    """Return a window of a picture with all that the convex hull of points may cover.
+
+    Parameters
+    ----------
+    clip : (4, 4) float
+        Road frame to clip space, see `clip_matrix`.
+    points : (N, 3) float, m
+    width, height : int
+        Samples of the picture.
+
+    Returns
+    -------
+    (left, top, right, bottom), the last two exclusive
+        The whole picture where a point is not beyond the near plane; empty where no
+        point is given or all are outside on the same side.
+    """
+    if not len(points):
+        return 0, 0, 0, 0
+    placed = points @ clip[[0, 1, 3], :3].T + clip[[0, 1, 3], 3]
+    distance = placed[:, 2:]
+    if distance.min() < NEAR_M:
+        return 0, 0, width, height
+    size = np.array([width, height])
+    spots = (placed[:, :2] / distance + 1.0) / 2.0 * size
+    # a sample more on each side: the device rounds positions
+    low = np.clip(np.floor(spots.min(axis=0)) - 1.0, 0.0, size)
+    high = np.clip(np.ceil(spots.max(axis=0)) + 1.0, low, size)
+    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def sky_directions(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
+    """Return the map from a clip-space corner at the far plane to a direction."""
+    inverse = np.linalg.inv(clip)
+    shift = np.eye(4)
+    shift[:3, 3] = -camera.position
+    # (inverse @ corner) is a point times w; shifting it by the eye times w keeps the
+    # first three parts along the ray, and w is positive at the far plane.
+    direction: NDArray[np.float64] = shift @ inverse
+    return direction
 
 
 def linear_depth(window: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 from simbench.render.flow import Flow, View, forward_flow, sample_offset
-from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
+from simbench.render.gl.rendered_frame import RenderedFrame
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, build_stage
 from tests.scenarios.small_scenario import small_scenario

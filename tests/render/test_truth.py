@@ -12,7 +12,8 @@ from hypothesis.extra.numpy import arrays
 
 from simbench.core.camera import Camera
 from simbench.core.sequence import Truth
-from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
+from simbench.render.gl.rendered_frame import RenderedFrame
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.instance_ids import pixel_ids
 from simbench.render.truth import TruthRecorder
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
@@ -165,6 +166,37 @@ class TestRendered:
         target = [v.name for v in vehicles.vehicles].index("target")
         shares = vehicles.visible_fraction[:, target]
         assert (shares == rendered.truth.visible_fraction).all()
+
+    def test_silhouettes_in_windows_are_parts_of_those_in_the_whole_picture(
+        self,
+    ) -> None:
+        rendered = _render(**_BUSY)
+        stage, scene, frame = rendered.stage, rendered.scene, rendered.frames[0]
+        poses, present = vehicle_poses(stage.trajectories, 0)
+        camera = stage.cameras[0]
+        height, width = frame.ids.shape
+        crossing = poses.copy()  # one vehicle stands across the camera's plane
+        crossing[0] = np.eye(4)
+        crossing[0, :3, 3] = camera.position - [0.0, 0.0, 1.0]
+        with SceneRenderer(scene, camera.width, camera.height, 2) as renderer:
+            for index in np.flatnonzero(present):
+                for places in (poses, crossing):
+                    which = np.array([index])
+                    whole = renderer.silhouette(
+                        camera, places, which, (0, 0, width, height)
+                    )
+                    found = renderer.silhouette(camera, places, which)
+                    assert np.array_equal(found, whole)
+                    part = renderer.silhouette(camera, places, which, (20, 10, 90, 70))
+                    assert np.array_equal(part[10:70, 20:90], whole[10:70, 20:90])
+                    part[10:70, 20:90] = False
+                    assert not part.any()
+            all_ids = renderer.render_ids(camera, poses, present)
+        assert np.array_equal(all_ids, frame.ids)
+        outside = frame.target_silhouette.copy()
+        outside[frame.target_window] = False
+        assert frame.target_silhouette.any()
+        assert not outside.any()
 
     def test_depth_is_the_distance_along_the_axis(self) -> None:
         rendered = _render(with_depth=True, frames=2)

@@ -13,7 +13,8 @@ from simbench.core.camera import Camera
 from simbench.core.errors import RenderError
 from simbench.core.trajectories import Vehicle
 from simbench.render import render_frames as rendering
-from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
+from simbench.render.gl.rendered_frame import RenderedFrame
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.image.exposure import AutoExposure
 from simbench.render.image.glare_and_rain import add_glare_and_rain
 from simbench.render.image.rain import draw_rain, falling_drops

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from simbench.core.errors import RenderError
-from simbench.render.gl.scene_renderer import RenderedFrame, SceneRenderer
+from simbench.render.gl.rendered_frame import RenderedFrame
+from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, build_stage

@@ -1,0 +1,36 @@
+"""What a renderer gives for one frame: image, ids, the target alone, depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["RenderedFrame"]
+
+
+@dataclass(frozen=True, slots=True)
+class RenderedFrame:
+    """Image, ids and depth of one frame, with ``S`` samples a pixel along each axis.
+
+    Attributes
+    ----------
+    image : (H, W, 3) uint8, RGB
+        Mean over the samples of each pixel.
+    ids : (S H, S W) uint16
+        Instance id at every sample, never averaged.
+    target_silhouette : (S H, S W) bool
+        Samples that the target would cover without occlusion.
+    target_window : (slice, slice)
+        Rows and columns of the samples; there are none of the silhouette elsewhere.
+    depth : (H, W) float32 or None, m
+        Distance along the optical axis at the sample nearest each pixel's middle;
+        infinite in the sky. None if not requested.
+    """
+
+    image: NDArray[np.uint8]
+    ids: NDArray[np.uint16]
+    target_silhouette: NDArray[np.bool_]
+    target_window: tuple[slice, slice]
+    depth: NDArray[np.float32] | None
