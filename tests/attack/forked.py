@@ -27,6 +27,9 @@ class Ended(NamedTuple):
     status : int
         Its exit status, or the negative number of the signal that ended it.
     seconds : float
+        Of wall time.
+    cpu_seconds : float
+        Of processor time, with that of its own children: the same on a busy machine.
     peak_bytes : int
         Largest resident memory of the child or one of its own children.
     output : str
@@ -34,6 +37,7 @@ class Ended(NamedTuple):
 
     status: int
     seconds: float
+    cpu_seconds: float
     peak_bytes: int
     output: str
 
@@ -66,7 +70,8 @@ def in_child(
     seconds = time.monotonic() - start
     output = log.read_text(encoding="utf-8", errors="replace")
     code = os.waitstatus_to_exitcode(status)
-    return Ended(code, seconds, usage.ru_maxrss * 1024, output)
+    cpu_seconds = usage.ru_utime + usage.ru_stime
+    return Ended(code, seconds, cpu_seconds, usage.ru_maxrss * 1024, output)
 
 
 def run_command(arguments: Sequence[str], folder: Path, limit_s: float = 30.0) -> Ended:

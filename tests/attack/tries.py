@@ -39,7 +39,8 @@ KINDS = {
 }
 """Kinds of attack, and what is tried."""
 
-_LIMIT_S = 10.0
+_LIMIT_S = 10.0  # of processor time
+_WAIT_S = 60.0  # of wall time, on a machine that may be busy
 _LIMIT_BYTES = 10**9
 _SLOW_TO_KILL = {"generate-lease"}  # waits two minutes for a lock of a dead process
 
@@ -133,10 +134,12 @@ def try_input(one: HostileInput, folder: Path) -> tuple[bool, str]:
     (folder / "outside").mkdir(parents=True)
     arguments = one.make(folder)
     before = snapshot(folder / "outside")
-    ended = run_command(arguments, folder, limit_s=2 * _LIMIT_S)
+    ended = run_command(arguments, folder, limit_s=_WAIT_S)
     faults = {
         f"exit status {ended.status}": ended.status not in (0, 1, 2),
-        f"took {ended.seconds:.1f} s": ended.seconds > _LIMIT_S,
+        f"took {ended.cpu_seconds:.1f} s of the processor": ended.cpu_seconds
+        > _LIMIT_S,
+        f"took {ended.seconds:.0f} s": ended.seconds > _WAIT_S,
         f"took {ended.peak_bytes / 1e6:.0f} MB": ended.peak_bytes > _LIMIT_BYTES,
         f"traceback: {ended.output[-300:]!r}": ended.has_traceback,
         "wrote outside": snapshot(folder / "outside") != before,
