@@ -72,8 +72,9 @@ def report(results: list[Result], seconds: float) -> str:
         "",
         "A try is survived if the command ends by itself with status 0, 1, 2 or 130",
         "and no traceback, leaves no process behind, touches nothing of the user's,",
-        "and (for files) takes at most 10 s of processor time and 1 GB. After a kill, the same command",
-        "must end with the results of an undisturbed one, and keep what was finished.",
+        "and (for files) takes at most 10 s of processor time and 1 GB. After a kill,",
+        "the same command must end with the results of an undisturbed one, and keep",
+        "what was finished.",
         "",
     ]
     lost = [f"- {one.kind}: {one.what}" for one in results if not one.survived]
