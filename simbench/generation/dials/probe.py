@@ -120,7 +120,8 @@ class OcclusionProbe:
     def frame_occlusion(self, frame: int) -> FrameOcclusion:
         """Return what the scene hides in a frame that shows the target."""
         if frame not in self._frames:
-            target, ids = self._render(self._scene_camera, frame)
+            ids = self._ids(self._scene_camera, frame)
+            target = self._target_alone(self._scene_camera, frame)
             own = self._unlit.ids[self.stage.trajectories.target]
             hidden = target & (ids != own)
             scripted = np.isin(ids, self._scripted_ids)
@@ -157,7 +158,7 @@ class OcclusionProbe:
             if np.isnan(self.boxes[frame, 0]):
                 continue
             scene = self.frame_occlusion(frame)
-            _, ids = self._render(self._trial_camera, frame)
+            ids = self._ids(self._trial_camera, frame)
             behind = (ids > 0) & (ids < FIRST_VEHICLE_ID) & scene.target
             covered = np.sum(scene.hidden | behind)
             shares[number] = covered / max(1, scene.target.sum())
@@ -195,19 +196,19 @@ class OcclusionProbe:
             paints=np.zeros((2, 3)),
             ids=np.array([FIRST_VEHICLE_ID, 2]),
         )
-        window = _window(stage.cameras[frame], self.boxes[frame])
+        view, present = self._view(frame), np.ones(2, np.bool_)
         both = np.stack([poses[target]] * 2)
         shares = np.zeros(len(ahead_m))
         with SceneRenderer(pair, _WINDOW, _WINDOW, 1) as camera:
+            alone = camera.silhouette(view, both, np.zeros(1, np.int64))
             for number, ahead in enumerate(ahead_m):
                 place = along + float(ahead)
                 turn = float(line.heading_at(place))
                 cos, sin = math.cos(turn), math.sin(turn)
                 both[1, :3, :3] = [[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]
                 both[1, :3, 3] = line.point(place, line.lane_lateral(lane))
-                shot = camera.render(window, both, np.ones(2, np.bool_), 0)
-                covered = shot.target_silhouette & (shot.ids == 2)
-                shares[number] = covered.sum() / max(1, shot.target_silhouette.sum())
+                covered = alone & (camera.render_ids(view, both, present) == 2)
+                shares[number] = covered.sum() / max(1, alone.sum())
         return shares
 
     def placed(self, occluders: Sequence[Occluder]) -> tuple[PlacedOccluder, ...]:
@@ -232,13 +233,19 @@ class OcclusionProbe:
             bodies.append(occluder_mesh(occluder, stage.line, season, rng).with_id(2))
         return merge(bodies) if bodies else self._bare.static_objects
 
-    def _render(
-        self, camera: SceneRenderer, frame: int
-    ) -> tuple[NDArray[np.bool_], NDArray[np.uint16]]:
+    def _ids(self, camera: SceneRenderer, frame: int) -> NDArray[np.uint16]:
+        """Return the ids in the window of a frame that shows the target."""
         poses, present = vehicle_poses(self.stage.trajectories, frame)
-        window = _window(self.stage.cameras[frame], self.boxes[frame])
-        shot = camera.render(window, poses, present, self.stage.trajectories.target)
-        return shot.target_silhouette, shot.ids
+        return camera.render_ids(self._view(frame), poses, present)
+
+    def _target_alone(self, camera: SceneRenderer, frame: int) -> NDArray[np.bool_]:
+        """Return the samples that the unoccluded target covers in that window."""
+        poses, _ = vehicle_poses(self.stage.trajectories, frame)
+        target = np.array([self.stage.trajectories.target])
+        return camera.silhouette(self._view(frame), poses, target)
+
+    def _view(self, frame: int) -> Camera:
+        return _window(self.stage.cameras[frame], self.boxes[frame])
 
 
 def _window(camera: Camera, around: NDArray[np.float64]) -> Camera:
