@@ -25,7 +25,7 @@ class SimbenchError(Exception):
     @property
     def lines(self) -> tuple[str, ...]:
         """What to print, one line a mistake."""
-        return tuple(str(self).splitlines())
+        return (str(self),)
 
 
 class ScenarioError(SimbenchError):

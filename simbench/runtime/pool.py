@@ -357,7 +357,11 @@ def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(environment)
     tempfile.tempdir = None  # so that a TMPDIR in the environment is used
-    _redirect_output(log)
+    try:
+        _redirect_output(log)
+    except OSError as error:  # a full disk
+        _send(pipe, ("lost", f"{log}: cannot be written: {error.strerror}"))
+        return
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:

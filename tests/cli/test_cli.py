@@ -305,7 +305,8 @@ def test_error_with_several_mistakes_is_a_line_for_each(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_: Sequence[str]) -> None:
-        raise ScenarioError("a.yaml:3: unknown key\na.yaml:9: \x1b[31mout of range\n")
+        mistakes = ["a.yaml:3: unknown key", "a.yaml:9: \x1b[31mout\nof range"]
+        raise ScenarioError(mistakes[0], mistakes)
 
     monkeypatch.setattr("simbench.runtime.doctor.examine", lambda: refuse([]))
     assert execute(["doctor"]) == 2

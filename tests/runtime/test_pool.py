@@ -186,6 +186,17 @@ def test_traceback_of_a_failed_job_is_in_the_log(
     assert "this job cannot be done" in (tmp_path / "log").read_text()
 
 
+def test_log_that_cannot_be_written_loses_the_job_without_a_traceback(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "no folder" / "log"
+    with WorkerPool(1, {}, log) as pool:
+        (event,) = outcome(pool, job(misbehaving.answer, 7))
+    assert event.kind == "lost"
+    assert event.value == f"{log}: cannot be written: No such file or directory"
+    assert capfd.readouterr().err == ""
+
+
 def test_leaving_the_block_ends_a_worker_at_work(tmp_path: Path) -> None:
     told = tmp_path / "told"
     with WorkerPool(1, {}, tmp_path / "log") as crew:
