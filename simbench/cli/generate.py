@@ -90,12 +90,12 @@ def generate(
     A scenario that fails loses only its own sequences; the exit status is then 1.
     """
     require_name("--format", layout, FORMATS)
-    wanted = {
+    requested_names = {
         require_name("--channels", name.strip(), CHANNELS)
         for name in channels.split(",")
         if name.strip()
     }
-    channel_names = tuple(name for name in CHANNELS if name in wanted)
+    channel_names = tuple(name for name in CHANNELS if name in requested_names)
 
     from simbench.generation.dataset.produce import produce_dataset
     from simbench.generation.dataset.request import DatasetRequest

@@ -34,7 +34,7 @@ def usage_mistake(error: typer.TyperException, app: typer.Typer) -> str:
     app : typer.Typer
         The commands, among which a misplaced option is looked for.
     """
-    # typer's subclasses are private: they are told apart by what they know
+    # typer's subclasses are private: they are distinguished by their attributes
     context = getattr(error, "ctx", None)
     option = getattr(error, "option_name", "")
     text = error.message.strip() if option else error.format_message().strip()

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from simbench.core.atomic_write import atomic_write
+from simbench.runtime.exit_status import exit_reason, is_killed_from_outside
 
 __all__ = ["OUTPUT_LIMIT", "ChildEnd", "run_isolated"]
 
@@ -30,7 +31,6 @@ OUTPUT_LIMIT: Final = 1_000_000
 """Bytes of output that are kept: its first and its last half."""
 
 _TICK_S = 0.1
-_FROM_OUTSIDE: Final = {signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT}
 _PR_SET_PDEATHSIG: Final = 1
 _PR_SET_CHILD_SUBREAPER: Final = 36
 
@@ -46,11 +46,11 @@ class ChildEnd:
         ``lost``: another process killed it, for example because the machine had no
         memory left. ``timeout``: it was killed at its deadline.
     reason : str
-        One line; empty for ``done``.
+        One line.
     """
 
     kind: Literal["done", "crashed", "lost", "timeout"]
-    reason: str = ""
+    reason: str
 
 
 def run_isolated(
@@ -166,12 +166,10 @@ def _wait(
 
 
 def _end_of(exit_code: int) -> ChildEnd:
+    reason = exit_reason(exit_code)
     if exit_code >= 0:
-        return ChildEnd("done", f"process ended with exit status {exit_code}")
-    number = -exit_code
-    known = {one.value: one.name for one in signal.Signals}
-    reason = f"process killed by {known.get(number, f'signal {number}')}"
-    return ChildEnd("lost" if number in _FROM_OUTSIDE else "crashed", reason)
+        return ChildEnd("done", reason)
+    return ChildEnd("lost" if is_killed_from_outside(exit_code) else "crashed", reason)
 
 
 class _Output:

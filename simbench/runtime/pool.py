@@ -16,7 +16,6 @@ import multiprocessing
 import os
 import pickle
 import signal
-import struct
 import sys
 import tempfile
 import threading
@@ -30,6 +29,8 @@ from types import TracebackType
 from typing import Any, Literal, Protocol, Self
 
 from simbench.core.errors import one_line
+from simbench.runtime.exit_status import exit_reason, is_killed_from_outside
+from simbench.runtime.messages import Inbox, receive, send
 
 __all__ = ["Job", "JobEvent", "JobLostError", "Pool", "ReportProgress", "WorkerPool"]
 
@@ -39,8 +40,6 @@ ReportProgress = Callable[[int, int], None]
 _REPORT_EVERY_S = 0.1
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
 _EXIT_LIMIT_S = 5.0
-_LONGEST_MESSAGE = 2**30  # bytes
-_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 
 
 class JobLostError(Exception):
@@ -129,7 +128,7 @@ class _Worker:
             self.process.start()
         child_end.close()
         self.job: Job | None = None
-        self._received = bytearray()
+        self._inbox = Inbox(self.pipe)
         self.has_begun = False
         self.deadline = float("inf")
 
@@ -138,35 +137,20 @@ class _Worker:
         self.has_begun = False
         self.deadline = time.monotonic() + _START_LIMIT_S
         with contextlib.suppress(OSError):  # it died idle: the end of the pipe tells
-            _send(self.pipe, (job.function, job.arguments))
+            send(self.pipe, (job.function, job.arguments))
 
     def messages(self) -> Iterator[tuple[Any, Any]]:
-        """Yield the whole messages that have come, without waiting for more.
+        """Yield kind and value of the whole messages that have come, see `Inbox`.
 
         Raises
         ------
-        EOFError
-            If the worker has closed the pipe.
         ValueError
             If it sent something else.
         """
-        data = os.read(self.pipe.fileno(), 2**20)
-        self._received += data
-        while len(self._received) >= _HEADER.size:
-            (size,) = _HEADER.unpack_from(self._received)
-            if size > _LONGEST_MESSAGE:
-                raise ValueError(f"a message of {size} bytes")
-            end = _HEADER.size + size
-            if len(self._received) < end:
-                break
-            message = bytes(self._received[_HEADER.size : end])
-            del self._received[:end]
-            kind, value = pickle.loads(message)
+        for kind, value in self._inbox.messages():
             if kind not in ("started", "progress", "done", "failed", "lost"):
                 raise ValueError(f"a message {kind!r}")
             yield kind, value
-        if not data:
-            raise EOFError
 
     def begin(self, job: Job) -> None:
         """Record that the job's function is called now."""
@@ -295,48 +279,13 @@ class WorkerPool:
         if worker.job is None:
             return
         exit_code = worker.process.exitcode
-        is_lost = (
-            bool(reason) or not worker.has_begun or -(exit_code or 0) in _FROM_OUTSIDE
-        )
+        is_killed = is_killed_from_outside(exit_code)
+        is_lost = bool(reason) or is_killed or not worker.has_begun
         yield JobEvent(
             worker.job,
             "lost" if is_lost else "died",
-            reason or _exit_reason(exit_code),
+            reason or exit_reason(exit_code),
         )
-
-
-def _exit_reason(exit_code: int | None) -> str:
-    if exit_code is not None and exit_code < 0:
-        known = {one.value: one.name for one in signal.Signals}
-        return f"process killed by {known.get(-exit_code, f'signal {-exit_code}')}"
-    return f"process ended with exit status {exit_code}"
-
-
-_HEADER = struct.Struct("!Q")  # bytes of the message that follows
-
-
-def _send(pipe: Connection, value: object) -> None:
-    """Write one message; it arrives whole, whoever reads it in whatever pieces."""
-    data = pickle.dumps(value)
-    data = _HEADER.pack(len(data)) + data
-    while data:
-        data = data[os.write(pipe.fileno(), data) :]
-
-
-def _receive(pipe: Connection) -> Any:
-    """Wait for one message and return it."""
-    (size,) = _HEADER.unpack(_exactly(pipe, _HEADER.size))
-    return _exactly(pipe, size)
-
-
-def _exactly(pipe: Connection, size: int) -> bytes:
-    data = b""
-    while len(data) < size:
-        more = os.read(pipe.fileno(), size - len(data))
-        if not more:
-            raise EOFError
-        data += more
-    return data
 
 
 @contextlib.contextmanager
@@ -360,22 +309,22 @@ def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
     try:
         _redirect_output(log)
     except OSError as error:  # a full disk
-        _send(pipe, ("lost", f"{log}: cannot be written: {error.strerror}"))
+        send(pipe, ("lost", f"{log}: cannot be written: {error.strerror}"))
         return
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     with contextlib.suppress(EOFError, OSError):
         while True:
-            message = _receive(pipe)
+            message = receive(pipe)
             try:
                 function, arguments = pickle.loads(message)  # imports what it needs
-                _send(pipe, ("started", None))
+                send(pipe, ("started", None))
                 answer = "done", function(*arguments, _ProgressSender(pipe))
             except JobLostError as error:
                 answer = "lost", str(error)
             except BaseException as error:  # Ctrl-C is ignored: all come from the job
                 traceback.print_exc()
                 answer = "failed", one_line(error)
-            _send(pipe, answer)
+            send(pipe, answer)
 
 
 def _redirect_output(log: str) -> None:
@@ -402,5 +351,5 @@ class _ProgressSender:
 
     def __call__(self, done: int, total: int) -> None:
         if time.monotonic() >= self._next:
-            _send(self._pipe, ("progress", min(done / total, 1.0)))
+            send(self._pipe, ("progress", min(done / total, 1.0)))
             self._next = time.monotonic() + _REPORT_EVERY_S

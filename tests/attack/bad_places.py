@@ -1,4 +1,4 @@
-"""Commands that are told to work at places where they cannot, or should not.
+"""Commands whose input or output path is one that they cannot or should not use.
 
 Expected of every command at every place: exit status 0, 1, 2 or 130, one line if it
 failed, no traceback, and every file that was there before as it was.

@@ -27,6 +27,7 @@ import numpy as np
 from simbench.core.box import Box
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
+from tests.runtime.misbehaving import Walk
 
 __all__ = ["BAD_TRACKERS", "FINE", "HANGS", "LOST", "Walk", "fault_of"]
 
@@ -40,19 +41,6 @@ BAD_TRACKERS: dict[str, str | None] = {}
 """Expected reason (a pattern), `FINE` or `LOST`, by name of the class."""
 
 AT = 3
-
-
-class Walk:
-    """Moves at random, from the generator that it is given."""
-
-    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
-        self.box = box
-        self.rng = rng
-
-    def update(self, frame: Frame) -> Estimate:
-        left = self.box.left + float(self.rng.normal())
-        self.box = replace(self.box, left=left)
-        return Estimate(self.box, particles=5)
 
 
 def fault_of(name: str, kind: str, value: Any) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.attack.hostile_input import HostileInput
+from tests.attack.hostile_input import BAD_FILES, HostileInput
 
 __all__ = ["damaged_baselines", "whole_baseline"]
 
@@ -47,7 +46,7 @@ def damaged_baselines() -> Iterator[HostileInput]:
         yield HostileInput(f"baseline: {name}", partial(_check_changed, change))
     for name, text in _TEXTS.items():
         yield HostileInput(f"baseline: {name}", partial(_check_text, text))
-    for name, place in _PLACES.items():
+    for name, place in BAD_FILES.items():
         yield HostileInput(f"baseline is a {name}", partial(_check_place, place))
 
 
@@ -188,19 +187,4 @@ _TEXTS: dict[str, str | bytes] = {
     "key twice": '{"reason": "a", "reason": "b"}',
     "infinite number": json.dumps(whole_baseline()).replace("0.1", "1e999"),
     "40 MB": '"' + "x" * 40_000_000 + '"',
-}
-
-
-def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(2**40)
-
-
-_PLACES: dict[str, Callable[[Path], object]] = {
-    "missing file": lambda path: None,
-    "folder": Path.mkdir,
-    "named pipe": os.mkfifo,
-    "link to /dev/zero": lambda path: path.symlink_to("/dev/zero"),
-    "loop of links": lambda path: path.symlink_to(path),
-    "file of 1 TB": _sparse,
 }

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from simbench.cli import execute
-from tests.attack.hostile_input import HostileInput
+from tests.attack.hostile_input import HostileInput, file_of_1_tb
 
 __all__ = ["damaged_datasets", "generate_source"]
 
@@ -146,11 +146,6 @@ def _linked_out(path: str, copy: str) -> Damage:
     return damage
 
 
-def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(2**40)
-
-
 def _added(path: str) -> Damage:
     def damage(place: Path) -> None:
         (place / path).parent.mkdir(parents=True, exist_ok=True)
@@ -201,7 +196,7 @@ _DAMAGES: dict[str, Damage] = {
     "frame of no picture": _written(_PNG, b"text"),
     "frame of 4 Gpx": _written(_PNG, _huge_png(65_535, 65_535)),
     "frame of 0 px": _written(_PNG, _huge_png(0, 0)),
-    "frame of 1 TB": _replaced(_PNG, _sparse),
+    "frame of 1 TB": _replaced(_PNG, file_of_1_tb),
     "frame a folder": _replaced(_PNG, Path.mkdir),
     "frame a named pipe": _replaced(_PNG, os.mkfifo),
     "frame a link out": _linked_out(_PNG, "frames/000000.png"),
@@ -241,7 +236,7 @@ _DAMAGES: dict[str, Damage] = {
         "list.txt", lambda p: p.symlink_to("/dev/zero")
     ),
     "index a named pipe": _replaced("list.txt", os.mkfifo),
-    "index of 1 TB": _replaced("list.txt", _sparse),
+    "index of 1 TB": _replaced("list.txt", file_of_1_tb),
     "card gone": _gone("CARD.md"),
     "card deep": _written("card.json", _DEEP.encode()),
     "file too many": _added("more/file.txt"),

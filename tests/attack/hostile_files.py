@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import random
 import zipfile
 from collections.abc import Callable, Iterator
@@ -16,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.attack.hostile_input import HostileInput
+from tests.attack.hostile_input import BAD_FILES, HostileInput
 from tests.attack.hostile_networks import hostile_networks
 from tests.attack.hostile_scenarios import hostile_scenarios
 
@@ -154,20 +153,9 @@ _OUTSIDE = (
 )
 
 
-def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(2**40)
-
-
-_PLACES: dict[str, Callable[[Path], object]] = {
-    "missing file": lambda path: None,
-    "folder": Path.mkdir,
-    "named pipe": os.mkfifo,
-    "link to /dev/zero": lambda path: path.symlink_to("/dev/zero"),
+_PLACES = BAD_FILES | {
     "link to a folder outside": lambda path: path.symlink_to("/etc"),
     "link to a file outside": lambda path: path.symlink_to("/etc/passwd"),
-    "loop of links": lambda path: path.symlink_to(path),
-    "file of 1 TB": _sparse,
 }
 
 

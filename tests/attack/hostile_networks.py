@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import gzip
-import os
 import random
 import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from tests.attack.hostile_input import HostileInput
+from tests.attack.hostile_input import BAD_FILES, HostileInput
 
 __all__ = ["WRITERS", "hostile_networks"]
 
@@ -78,7 +77,7 @@ def hostile_networks() -> Iterator[HostileInput]:
         yield HostileInput(f"configuration: {name}", make)
     for name, change in _CHANGES.items():
         yield HostileInput(f"network: {name}", partial(_changed, change))
-    for name, place in _PLACES.items():
+    for name, place in BAD_FILES.items():
         for file in ("net.xml", "rou.xml", "sumocfg", "add.xml"):
             make = partial(_changed, partial(_in_place, file, place))
             yield HostileInput(f"{file} is a {name}", make)
@@ -353,21 +352,6 @@ _CHANGES: dict[str, Change] = {
     "style sheet": _text(
         "add.xml", '<?xml-stylesheet href="http://127.0.0.1:9/"?><additional/>'
     ),
-}
-
-
-def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(2**40)
-
-
-_PLACES: dict[str, Change] = {
-    "missing file": lambda path: None,
-    "folder": Path.mkdir,
-    "named pipe": os.mkfifo,
-    "link to /dev/zero": lambda path: path.symlink_to("/dev/zero"),
-    "loop of links": lambda path: path.symlink_to(path),
-    "file of 1 TB": _sparse,
 }
 
 

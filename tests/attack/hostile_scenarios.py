@@ -16,7 +16,7 @@ from pydantic import BaseModel
 from simbench.scenarios.files.library import library_files
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.mistakes import types_at
-from tests.attack.hostile_input import HostileInput
+from tests.attack.hostile_input import BAD_FILES, HostileInput
 
 __all__ = ["hostile_scenarios"]
 
@@ -214,22 +214,11 @@ def _socket(path: Path) -> None:
         os.chdir(before)
 
 
-def _sparse(path: Path) -> None:
-    with path.open("wb") as file:
-        file.truncate(2**40)
-
-
-_PLACES: dict[str, Callable[[Path], object]] = {
-    "missing": lambda path: None,
-    "folder": Path.mkdir,
-    "named pipe": os.mkfifo,
+_PLACES = BAD_FILES | {
     "socket": _socket,
-    "link to /dev/zero": lambda path: path.symlink_to("/dev/zero"),
     "link to /dev/stdin": lambda path: path.symlink_to("/dev/stdin"),
     "link to /dev/tty": lambda path: path.symlink_to("/dev/tty"),
     "link to /proc/self/mem": lambda path: path.symlink_to("/proc/self/mem"),
-    "loop of links": lambda path: path.symlink_to(path),
-    "file of 1 TB": _sparse,
 }
 
 
