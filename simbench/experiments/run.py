@@ -139,20 +139,21 @@ def run_experiment(
     """
     folder = RunFolder(path)
     began = time.monotonic()
+    is_isolated = jobs > 0 or bool(cluster)
     with ThreadPoolExecutor(1) as aside:  # takes a second
         opengl = aside.submit(opengl_renderer)
         folder.refuse_foreign()  # mistakes are reported before trackers are tried
         folder.joined(request, replace=replace)
         codes = tracker_codes(
-            request.trackers,
-            timeout_s=request.timeout_s,
-            isolated=jobs > 0 or bool(cluster),
+            request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
         )
         renderer = opengl.result()
     with folder.locked():
         experiment = folder.joined(request, replace=replace)
         others = [t for t in experiment.trackers if t.label not in codes]
-        codes |= tracker_codes(others, timeout_s=request.timeout_s)
+        codes |= tracker_codes(
+            others, timeout_s=request.timeout_s, isolated=is_isolated
+        )
         tasks = plan(experiment, folder.absolute(), codes, renderer)
         if replace:
             _remove_parts(tasks, request)

@@ -288,3 +288,15 @@ def test_all_in_this_process_gives_the_same_scores(
     columns = ["left", "top", "width", "height", "particles"]
     assert here.frames[columns].equals(apart.frames[columns])
     assert here.runs["reason"].tolist() == apart.runs["reason"].tolist()
+
+
+def test_trackers_of_earlier_requests_stay_in_this_process_too(
+    there: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(request("walk=tests.runtime.misbehaving:Walk"), there, jobs=0)
+
+    def started(*_: object) -> None:
+        raise AssertionError("another process was started")
+
+    monkeypatch.setattr("simbench.experiments.tracker_codes.run_all", started)
+    run(request("raise=tests.runtime.misbehaving:Raise"), there, jobs=0)
