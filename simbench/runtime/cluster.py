@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import multiprocessing
 import queue
 import tempfile
 import time
@@ -270,10 +269,7 @@ def _run_in_child(job: Job, identity: dict[str, str]) -> JobEnd:
     with tempfile.TemporaryDirectory(prefix="simbench-task-") as scratch:
         folder = Path(scratch)
         variables = environment(worker.state.nthreads + 1, folder)
-        with (
-            _children_allowed(),
-            WorkerPool(1, variables, folder / "workers.log") as pool,
-        ):
+        with WorkerPool(1, variables, folder / "workers.log") as pool:
             pool.start(job)
             while task in worker.state.tasks and _is_needed(worker, task):
                 for event in pool.events(within_s=0.5):
@@ -286,19 +282,3 @@ def _is_needed(worker: Any, task: str) -> bool:
     """Whether a task is still needed: Dask marks cancelled ones that it cannot stop."""
     state: str = worker.state.tasks[task].state
     return state not in ("cancelled", "resumed")
-
-
-@contextlib.contextmanager
-def _children_allowed() -> Iterator[None]:
-    """Let a daemon process, as Dask's workers are, start child processes.
-
-    multiprocessing forbids it since a daemon's children would be left behind. Ours
-    watch their parent and exit with it.
-    """
-    config = multiprocessing.current_process()._config  # type: ignore[attr-defined]
-    before = config.get("daemon")
-    config["daemon"] = False
-    try:
-        yield
-    finally:
-        config["daemon"] = before

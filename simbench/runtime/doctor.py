@@ -9,11 +9,15 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 from simbench import __version__
+from simbench.runtime.pool import Job
+from simbench.runtime.run_jobs import run_all
 from simbench.runtime.versions import core_count
+from simbench.runtime.worker import ReportProgress
 
 __all__ = ["Diagnosis", "examine", "opengl_renderer"]
 
@@ -81,8 +85,14 @@ def examine() -> list[Diagnosis]:
 @cache
 def opengl_renderer() -> str:
     """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
-    finding = _run_check("OpenGL", _CHECK_OPENGL, "")
-    return finding.found if finding.state == "ok" else ""
+    job = Job("opengl", "render", _describe_opengl, (), _TIMEOUT_S)
+    event = run_all(lambda _: [job], 1, lambda done, running: None)["opengl"]
+    return str(event.value) if event.kind == "done" else ""
+
+
+def _describe_opengl(report: ReportProgress) -> str:
+    offscreen = import_module("simbench.render.gl.offscreen")  # a later room
+    return " | ".join(offscreen.describe_context().values())
 
 
 def _opengl() -> list[Diagnosis]:

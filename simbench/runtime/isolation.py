@@ -8,7 +8,6 @@ own, and only shares the memory that the caller made for that purpose.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import resource
 import select
@@ -24,6 +23,7 @@ from typing import Final, Literal
 
 from simbench.core.atomic_write import atomic_write
 from simbench.runtime.exit_status import exit_reason, is_killed_from_outside
+from simbench.runtime.process_control import adopt_orphans, die_with
 
 __all__ = ["OUTPUT_LIMIT", "ChildEnd", "run_isolated"]
 
@@ -31,8 +31,6 @@ OUTPUT_LIMIT: Final = 1_000_000
 """Bytes of output that are kept: its first and its last half."""
 
 _TICK_S = 0.1
-_PR_SET_PDEATHSIG: Final = 1
-_PR_SET_CHILD_SUBREAPER: Final = 36
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +79,7 @@ def run_isolated(
         Called ten times a second.
     """
     before = _children()
-    _adopt_orphans()
+    adopt_orphans()
     read_end, write_end = os.pipe()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -113,7 +111,7 @@ def _run_child(
     status = 1
     try:
         os.setsid()
-        _die_with(parent)
+        die_with(parent)
         null = os.open(os.devnull, os.O_RDONLY)
         os.dup2(null, 0)
         os.dup2(output, 1)
@@ -222,22 +220,6 @@ def _children() -> set[int]:
         return {int(process) for process in found.read_text().split()}
     except OSError:
         return set()
-
-
-def _adopt_orphans() -> None:
-    """Become the parent of processes whose parent, a descendant of this one, ends."""
-    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
-
-
-def _die_with(parent: int) -> None:
-    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it died before
-        os._exit(1)
-
-
-def _prctl(option: int, value: int) -> None:
-    with contextlib.suppress(OSError, AttributeError):  # not on this system
-        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 
 
 def _limit_memory(memory_mb: int | None) -> None:

@@ -1,49 +1,35 @@
 """Worker processes: a job that hangs, crashes or exits costs only itself.
 
 Each worker has its own pipe: killing one leaves no lock held and cuts no message of
-another. Workers are spawned, not forked: a forked child of a process with an OpenGL
-context hangs in its first frame.
-
-Every worker imports this module first. It must not import modules that read environment
-variables when they are imported (numpy, numba and Mesa do).
+another.
 """
 
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 import multiprocessing
 import os
-import pickle
-import signal
-import sys
-import tempfile
-import threading
 import time
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Protocol, Self
 
 from simbench.core.errors import one_line
 from simbench.runtime.exit_status import exit_reason, is_killed_from_outside
-from simbench.runtime.messages import Inbox, receive, send
+from simbench.runtime.forked_process import (
+    fork_worker,
+    start_fork_server,
+)
+from simbench.runtime.messages import Inbox, send
+from simbench.runtime.worker import JobLostError, ReportProgress, WorkerSettings
 
 __all__ = ["Job", "JobEvent", "JobLostError", "Pool", "ReportProgress", "WorkerPool"]
 
-ReportProgress = Callable[[int, int], None]
-"""What a job calls with the steps done and their total."""
-
-_REPORT_EVERY_S = 0.1
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
 _EXIT_LIMIT_S = 5.0
-
-
-class JobLostError(Exception):
-    """Raised by a job that something outside has disturbed: it may be run again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,18 +101,13 @@ class Pool(Protocol):
 class _Worker:
     """One process and its current job."""
 
-    def __init__(self, kind: str, environment: Mapping[str, str], log: Path) -> None:
-        context = multiprocessing.get_context("spawn")
+    def __init__(self, kind: str, settings: WorkerSettings) -> None:
         self.kind = kind
-        self.pipe, child_end = context.Pipe()
-        self.process = context.Process(
-            target=_serve,
-            args=(child_end, dict(environment), str(log)),
-            name=f"simbench-{kind}",
-        )
-        with _interrupts_ignored():
-            self.process.start()
-        child_end.close()
+        self.pipe, child_end = multiprocessing.Pipe()
+        with child_end:
+            self.process = fork_worker(child_end)
+        with contextlib.suppress(OSError):  # it died: the end of the pipe tells
+            send(self.pipe, settings)
         self.job: Job | None = None
         self._inbox = Inbox(self.pipe)
         self.has_begun = False
@@ -160,12 +141,12 @@ class _Worker:
     def stop(self) -> None:
         """Let the worker exit by itself, so that its exit status tells; or kill it."""
         self.pipe.close()
-        self.process.join(_EXIT_LIMIT_S)
+        self.process.has_ended(_EXIT_LIMIT_S)
         self.kill()
 
     def kill(self) -> None:
         self.process.kill()
-        self.process.join()
+        self.process.close()
         self.pipe.close()
 
 
@@ -177,7 +158,7 @@ class WorkerPool:
     size : int
         Jobs at a time.
     environment : mapping
-        Variables set in a worker before it imports anything heavy.
+        Variables that workers have beside those of this process.
     log : Path
         File that receives what the workers print.
     """
@@ -190,6 +171,7 @@ class WorkerPool:
 
     def __enter__(self) -> Self:
         """Return the pool itself."""
+        start_fork_server()
         return self
 
     def __exit__(
@@ -222,19 +204,20 @@ class WorkerPool:
         idle = (w for w in self._workers if w.job is None and w.kind == job.kind)
         worker = next(idle, None)
         if worker is None:
-            worker = _Worker(job.kind, self._environment, self._log)
+            variables = {**os.environ, **self._environment}
+            worker = _Worker(job.kind, WorkerSettings(str(self._log), variables))
             self._workers.append(worker)
         worker.send(job)
 
     def events(self, within_s: float) -> Iterator[JobEvent]:
         """Wait for events, at most ``within_s`` seconds, and yield them."""
         busy = self._busy
-        watched: list[Any] = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
+        watched: list[Any] = [end for w in busy for end in (w.pipe, w.process)]
         ready = wait(watched, within_s)
         for worker in busy:
             if worker.pipe in ready:
                 yield from self._received(worker)
-            elif worker.process.sentinel in ready or not worker.process.is_alive():
+            elif worker.process.has_ended():
                 yield from self._ended(worker)  # though another holds its pipe
         for worker in self._busy:
             if worker.job is not None and time.monotonic() > worker.deadline:
@@ -278,7 +261,7 @@ class WorkerPool:
             worker.stop()
         if worker.job is None:
             return
-        exit_code = worker.process.exitcode
+        exit_code = worker.process.exit_code
         is_killed = is_killed_from_outside(exit_code)
         is_lost = bool(reason) or is_killed or not worker.has_begun
         yield JobEvent(
@@ -286,70 +269,3 @@ class WorkerPool:
             "lost" if is_lost else "died",
             reason or exit_reason(exit_code),
         )
-
-
-@contextlib.contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Make processes that start in this block ignore Ctrl-C from the beginning."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may set handlers
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _serve(pipe: Connection, environment: Mapping[str, str], log: str) -> None:
-    """Run jobs until the pipe closes; the main function of a worker."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.update(environment)
-    tempfile.tempdir = None  # so that a TMPDIR in the environment is used
-    try:
-        _redirect_output(log)
-    except OSError as error:  # a full disk
-        send(pipe, ("lost", f"{log}: cannot be written: {error.strerror}"))
-        return
-    threading.Thread(target=_exit_with_parent, daemon=True).start()
-    with contextlib.suppress(EOFError, OSError):
-        while True:
-            message = receive(pipe)
-            try:
-                function, arguments = pickle.loads(message)  # imports what it needs
-                send(pipe, ("started", None))
-                answer = "done", function(*arguments, _ProgressSender(pipe))
-            except JobLostError as error:
-                answer = "lost", str(error)
-            except BaseException as error:  # Ctrl-C is ignored: all come from the job
-                traceback.print_exc()
-                answer = "failed", one_line(error)
-            send(pipe, answer)
-
-
-def _redirect_output(log: str) -> None:
-    """Send what this process prints, from C or from Python, to a file."""
-    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
-    os.dup2(file, sys.stdout.fileno())
-    os.dup2(file, sys.stderr.fileno())
-    faulthandler.enable()
-
-
-def _exit_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-
-class _ProgressSender:
-    """Sends the share of a job that is done, at most ten times a second."""
-
-    def __init__(self, pipe: Connection) -> None:
-        self._pipe = pipe
-        self._next = 0.0
-
-    def __call__(self, done: int, total: int) -> None:
-        if time.monotonic() >= self._next:
-            send(self._pipe, ("progress", min(done / total, 1.0)))
-            self._next = time.monotonic() + _REPORT_EVERY_S

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,7 @@ from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime import pool as workers
 from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.forked_process import ForkedProcess, fork_worker
 from simbench.runtime.scratch import SCRATCH_MARK
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
@@ -119,12 +121,17 @@ def test_tracker_that_hangs_costs_its_own_row(folder: RunFolder) -> None:
 def test_worker_that_never_starts_is_no_score_and_is_tried_again(
     folder: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def fork_and_kill(pipe: Connection) -> ForkedProcess:
+        process = fork_worker(pipe)
+        process.kill()
+        return process
+
     with monkeypatch.context() as patch:
-        patch.setattr(workers, "_serve", print)  # says what it is to do, and leaves
+        patch.setattr(workers, "fork_worker", fork_and_kill)
         scores, _ = run_request(asked("Walk"), folder)
     (run,) = scores.runs.to_dict("records")
     assert run["status"] == "failed"
-    assert run["reason"] == "process ended with exit status 0"
+    assert run["reason"] == "process killed by SIGKILL"
     assert math.isnan(run["success_50"])  # nothing was measured
     assert not folder.parts.exists()
     again, _ = run_request(asked("Walk"), folder)

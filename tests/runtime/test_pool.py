@@ -193,7 +193,7 @@ def test_log_that_cannot_be_written_loses_the_job_without_a_traceback(
     with WorkerPool(1, {}, log) as pool:
         (event,) = outcome(pool, job(misbehaving.answer, 7))
     assert event.kind == "lost"
-    assert event.value == f"{log}: cannot be written: No such file or directory"
+    assert event.value == f"{log}: cannot be used: No such file or directory"
     assert capfd.readouterr().err == ""
 
 

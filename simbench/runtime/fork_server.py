@@ -1,0 +1,139 @@
+"""A process that has imported what workers need, and forks them.
+
+Importing numpy, numba, pyrender and what else a worker needs takes two seconds of
+processor time, a fork some milliseconds. Workers are not forked from the process that
+asks for them: it may have threads and an OpenGL context, and a forked child of such a
+process hangs in its first frame.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import select
+import signal
+import socket
+import struct
+import sys
+import traceback
+import warnings
+from multiprocessing.connection import Connection
+from typing import Final, NoReturn
+
+from simbench.runtime.process_control import die_with
+from simbench.runtime.worker import serve
+
+__all__ = ["main"]
+
+_IMPORTED: Final = (
+    "pandas",
+    "simbench.generation.generate",
+    "simbench.generation.dataset.make_sequence",
+    "simbench.experiments.tasks",
+    "simbench.evaluation.scores",
+    "simbench.trackers.condensation",
+)
+"""What most workers need."""
+
+_NEWS: Final = struct.Struct("!i")
+
+
+def main(requests: int, lifeline: int) -> NoReturn:
+    """Fork a process for each request, until the process that asks has ended.
+
+    Parameters
+    ----------
+    requests : int
+        Socket. A request is one byte with two file descriptors: the pipe that the new
+        process is to serve, and one on which its number and, in the end, its exit
+        status are told (four bytes each).
+    lifeline : int
+        Read end of a pipe that nobody else keeps open.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGCHLD, _wake)
+    wake, woken = os.pipe2(os.O_NONBLOCK)
+    signal.set_wakeup_fd(woken)
+    _prepare()
+    with socket.socket(fileno=requests) as channel:
+        running: dict[int, int] = {}
+        own = [requests, lifeline, wake, woken]
+        while True:
+            watched = [requests, lifeline, wake]
+            ready, _, _ = select.select(watched, [], [])
+            if lifeline in ready:
+                os._exit(0)  # the kernel ends those that were forked
+            if wake in ready:
+                os.read(wake, 4096)
+                _tell_ends(running)
+            if requests in ready:
+                _answer(channel, running, own)
+
+
+def _prepare() -> None:
+    """Do what every worker would do first; what fails is left to its jobs."""
+    for name in _IMPORTED:
+        with contextlib.suppress(Exception):
+            importlib.import_module(name)
+    with contextlib.suppress(Exception):  # what numba does before its first function
+        registry = importlib.import_module("numba.core.registry")
+        registry.cpu_target.typing_context.refresh()
+        registry.cpu_target.target_context.refresh()
+
+
+def _wake(number: int, frame: object) -> None:
+    """Do nothing: the number of the signal is written to the pipe that wakes."""
+
+
+def _tell_ends(running: dict[int, int]) -> None:
+    while True:
+        try:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return
+        if not pid:
+            return
+        told = running.pop(pid)
+        with contextlib.suppress(BrokenPipeError):
+            os.write(told, _NEWS.pack(os.waitstatus_to_exitcode(status)))
+        os.close(told)
+
+
+def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> None:
+    _, received, _, _ = socket.recv_fds(channel, 1, 2)
+    if len(received) < 2:  # closed; the lifeline follows
+        return
+    pipe, told = received
+    server = os.getpid()
+    with warnings.catch_warnings():
+        # Python 3.12 warns of forks in processes with threads; that of the allocator
+        # of PyArrow is prepared for them
+        warnings.simplefilter("ignore", DeprecationWarning)
+        pid = os.fork()
+    if not pid:
+        _serve_and_exit(pipe, server, [*own, told, *running.values()])
+    os.close(pipe)
+    with contextlib.suppress(BrokenPipeError):
+        os.write(told, _NEWS.pack(pid))
+    running[pid] = told
+
+
+def _serve_and_exit(pipe: int, server: int, foreign: list[int]) -> NoReturn:
+    status = 1
+    try:
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        die_with(server)
+        for number in foreign:
+            os.close(number)
+        with Connection(pipe) as connection:
+            serve(connection)
+        status = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(Exception):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status)
