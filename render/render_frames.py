@@ -15,7 +15,7 @@ from simbench.render.channel_recorder import ChannelRecorder
 from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.image.exposure import AutoExposure
 from simbench.render.image.glare_and_rain import add_glare_and_rain
-from simbench.render.image.sensor import simulate_sensor
+from simbench.render.image.sensor import Sensor
 from simbench.render.truth import TruthRecorder
 from simbench.render.world.scene import build_scene, vehicle_poses
 from simbench.scenarios.schema import Scenario
@@ -72,6 +72,7 @@ def render_frames(
     trajectories = stage.trajectories
     recorder = TruthRecorder(scene, trajectories, imaging.samples)
     exposure = AutoExposure(imaging.auto_exposure_s)
+    sensor = Sensor(imaging, generator(scenario, stage.seed, "sensor"))
     # Intervals differ where frames are dropped; none follows the last frame.
     gaps_s = np.diff(trajectories.times, append=trajectories.times[-1])
     with SceneRenderer(
@@ -105,7 +106,7 @@ def render_frames(
             image = add_glare_and_rain(
                 stage, scene, rendered, poses, present, index, gain
             )
-            keep(index, simulate_sensor(image, imaging, rng))
+            keep(index, sensor.expose(image, rng))
             if progress is not None:
                 progress(index + 1, len(stage.cameras))
     return recorder.finish(imaging.width_px, imaging.height_px)
