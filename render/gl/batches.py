@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from simbench.render.world.mesh import Mesh
 from OpenGL import GL
 from pyrender import Primitive
 
-__all__ = ["CellMesh", "InstancedMesh", "may_be_visible"]
+__all__ = ["CellMesh", "InstancedMesh", "front_faces_only", "may_be_visible"]
 
 _CELL_M = 64.0
 
@@ -46,6 +48,22 @@ def may_be_visible(
     )
     visible: NDArray[np.bool_] = ~np.any(np.all(beyond, axis=1), axis=-1)
     return visible
+
+
+@contextmanager
+def front_faces_only() -> Iterator[None]:
+    """Draw closed meshes to the picture without the faces that look away.
+
+    They are hidden by others of the same mesh. Rows of the picture grow downwards, so
+    faces that are counter-clockwise seen from outside appear clockwise.
+    """
+    GL.glEnable(GL.GL_CULL_FACE)
+    GL.glCullFace(GL.GL_BACK)
+    GL.glFrontFace(GL.GL_CW)
+    try:
+        yield
+    finally:
+        GL.glDisable(GL.GL_CULL_FACE)
 
 
 class InstancedMesh:

@@ -19,12 +19,18 @@ from simbench.core.errors import RenderError
 from simbench.render.gl import (
     offscreen,  # must come before pyrender: it sets the platform
 )
-from simbench.render.gl.batches import CellMesh, InstancedMesh, may_be_visible
+from simbench.render.gl.batches import (
+    CellMesh,
+    InstancedMesh,
+    front_faces_only,
+    may_be_visible,
+)
 from simbench.render.gl.framebuffers import Framebuffers, Window
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
 from simbench.render.gl.textures import grain_texture
+from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.projection import (
     clip_matrix,
@@ -73,11 +79,13 @@ class SceneRenderer:
         self._ground = CellMesh(scene.ground)
         self._static = CellMesh(scene.static_objects)
         self._distant = CellMesh(scene.distant)
-        counts = np.bincount(scene.body_of, minlength=len(scene.bodies))
+        counts = np.bincount(scene.body_of, minlength=len(scene.bodies)).tolist()
+        meshes = scene.bodies + scene.simple_bodies
         self._bodies = [
-            InstancedMesh(mesh, int(count))
-            for mesh, count in zip(scene.bodies, counts, strict=True)
+            InstancedMesh(mesh, count)
+            for mesh, count in zip(meshes, 2 * counts, strict=True)
         ]
+        self._levels = DetailLevels(scene.heights)
         reach = [np.linalg.norm(mesh.positions, axis=1).max() for mesh in scene.bodies]
         self._reach = np.array(reach, dtype=np.float64)[scene.body_of]
         ends = [
@@ -108,6 +116,13 @@ class SceneRenderer:
         self._buffers.delete()
         GL.glDeleteTextures([self._grain])
         GL.glDeleteVertexArrays(1, [self._sky])
+
+    @property
+    def _mesh_of(self) -> NDArray[np.int64]:
+        """Index in ``_bodies`` of each vehicle's mesh, at its level of detail."""
+        simple = self._levels.is_simple * len(self._scene.bodies)
+        mesh_of: NDArray[np.int64] = self._scene.body_of + simple
+        return mesh_of
 
     def replace_static_objects(self, mesh: Mesh) -> None:
         """Render another mesh in place of the scene's static objects."""
@@ -143,6 +158,7 @@ class SceneRenderer:
             Factor on all light, as of an exposure.
         """
         offscreen.make_current()
+        self._levels.update(camera, poses, present)
         clip = clip_matrix(camera)
         focus = poses[target, :3, 3] if present[target] else camera.position
         light_clip = shadow_matrix(
@@ -210,11 +226,13 @@ class SceneRenderer:
             return np.zeros(self._buffers.shape, np.bool_)
         with self._buffers.drawing_silhouette(window):
             self._programs["bare"].use({"view_projection": clip})
-            for number in np.unique(self._scene.body_of[which]).tolist():
-                body = self._bodies[number]
-                chosen = which[self._scene.body_of[which] == number]
-                body.place(poses[chosen].astype(np.float32))
-                body.draw()
+            mesh_of = self._mesh_of[which]
+            with front_faces_only():
+                for number in np.unique(mesh_of).tolist():
+                    body = self._bodies[number]
+                    chosen = which[mesh_of == number]
+                    body.place(poses[chosen].astype(np.float32))
+                    body.draw()
         covered = self._buffers.read_silhouette(window)
         _require_no_error()
         return covered
@@ -244,8 +262,9 @@ class SceneRenderer:
         tagged[:, 3, 3] = self._scene.ids
         centre, reach = poses[:, :3, 3], self._reach[:, None]
         visible = present & may_be_visible(clip, centre - reach, centre + reach)
+        mesh_of = self._mesh_of
         for number, instances in enumerate(self._bodies):
-            instances.place(tagged[(self._scene.body_of == number) & visible])
+            instances.place(tagged[(mesh_of == number) & visible])
 
     def _draw_shadows(self, light_clip: NDArray[np.float64]) -> None:
         self._buffers.bind_shadow()
@@ -284,8 +303,9 @@ class SceneRenderer:
     ) -> None:
         """Draw all but the sky, from near to far: hidden samples are not shaded."""
         self._programs["VEHICLES"].use(uniforms)
-        for instances in self._bodies:
-            instances.draw()
+        with front_faces_only():
+            for instances in self._bodies:
+                instances.draw()
         for part, mesh in (
             ("STATIC", self._static),
             ("GROUND", self._ground),

@@ -19,7 +19,7 @@ from simbench.render.world.occluder_meshes import occluder_mesh
 from simbench.render.world.static_scene import StaticScene
 from simbench.render.world.tunnel import TunnelModel
 from simbench.render.world.vegetation import hills
-from simbench.render.world.vehicles import body
+from simbench.render.world.vehicles import body, simple_body
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.schema import Floor
 from simbench.scenarios.schema.seeds import generator
@@ -45,7 +45,11 @@ class Scene:
     distant : Mesh
         The background: hills on the horizon.
     bodies : tuple of Mesh
-        One for each class and size of vehicle, in the vehicle's frame.
+        One for each class and size of vehicle, in the vehicle's frame; closed.
+    simple_bodies : tuple of Mesh
+        The same with few triangles, for vehicles that are small in the picture.
+    heights : (V,) float, m
+        Of the vehicles.
     body_of : (V,) int
         Index of each vehicle's body.
     paints : (V, 3) float, in [0, 1]
@@ -66,6 +70,8 @@ class Scene:
     static_objects: Mesh
     distant: Mesh
     bodies: tuple[Mesh, ...]
+    simple_bodies: tuple[Mesh, ...]
+    heights: NDArray[np.float64]
     body_of: NDArray[np.int64]
     paints: NDArray[np.float64]
     ids: NDArray[np.int64]
@@ -95,13 +101,16 @@ def build_scene(stage: Stage) -> Scene:
     vehicles = stage.trajectories.vehicles
     shapes = [(v.vehicle_class, v.length, v.width, v.height) for v in vehicles]
     unique = list(dict.fromkeys(shapes))
-    bodies = tuple(body(vehicles[shapes.index(shape)]) for shape in unique)
+    first = [vehicles[shapes.index(shape)] for shape in unique]
+    bodies = tuple(body(vehicle) for vehicle in first)
     posts = [m for m in objects if labels[int(m.surface[0, 0])] == "lamp"]
     return Scene(
         ground=static.ground.with_id(kind_ids["ground"]),
         static_objects=merge(objects),
         distant=hills(static.middle, season, hills_rng).with_id(kind_ids["hill"]),
         bodies=bodies,
+        simple_bodies=tuple(simple_body(vehicle) for vehicle in first),
+        heights=np.array([v.height for v in vehicles], dtype=np.float64),
         body_of=np.array([unique.index(shape) for shape in shapes], dtype=np.int64),
         paints=np.array([v.colour for v in vehicles], dtype=np.float64) / 255.0,
         ids=FIRST_VEHICLE_ID + np.arange(len(vehicles), dtype=np.int64),

@@ -192,6 +192,8 @@ class OcclusionProbe:
         pair = replace(
             self._bare,
             bodies=bodies,
+            simple_bodies=bodies,
+            heights=np.array([bodies[0].positions[:, 2].max(), other.height]),
             body_of=np.arange(2),
             paints=np.zeros((2, 3)),
             ids=np.array([FIRST_VEHICLE_ID, 2]),
