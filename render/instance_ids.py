@@ -61,6 +61,24 @@ def _majority(ids, samples):  # type: ignore[no-untyped-def]  # compiled by numb
     return chosen
 
 
+@numba.njit(cache=True)
+def _majority_of_four(ids, samples):  # type: ignore[no-untyped-def]  # compiled by numba
+    """Return the same for blocks of two by two, faster."""
+    height, width = ids.shape[0] // samples, ids.shape[1] // samples
+    chosen = np.empty((height, width), ids.dtype)
+    for y in range(height):
+        upper, lower = ids[2 * y], ids[2 * y + 1]
+        for x in range(width):
+            a, b, c, d = upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]
+            if a == b or a == c or a == d:
+                chosen[y, x] = a
+            elif b == c or b == d:
+                chosen[y, x] = b
+            else:
+                chosen[y, x] = c if c == d else a
+    return chosen
+
+
 def pixel_ids(ids: NDArray[np.uint16], samples: int) -> NDArray[np.uint16]:
     """Reduce ids at the samples to one id for each pixel, the most frequent one.
 
@@ -77,7 +95,8 @@ def pixel_ids(ids: NDArray[np.uint16], samples: int) -> NDArray[np.uint16]:
     """
     if samples == 1:
         return ids
-    chosen: NDArray[np.uint16] = _majority(ids, samples)
+    find = _majority_of_four if samples == 2 else _majority
+    chosen: NDArray[np.uint16] = find(ids, samples)
     return chosen
 
 

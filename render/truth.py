@@ -50,6 +50,7 @@ def amodal_boxes(
     slope = camera.width / camera.focal_px
     # Skips vehicles far outside the view; NaN compares false.
     near = (local[:, 2] > -20.0) & (np.abs(local[:, 0]) < slope * local[:, 2] + 60.0)
+    near &= _may_be_in_view(camera, local, trajectories)
     for index in np.flatnonzero(near):
         vehicle, pose = trajectories.vehicles[index], poses[index]
         outline = hull(vehicle)
@@ -62,6 +63,29 @@ def amodal_boxes(
         if np.all(high > 0.0) and np.all(low < [camera.width, camera.height]):
             boxes[index] = [*low, *(high - low)]
     return boxes
+
+
+def _may_be_in_view(
+    camera: Camera, local: NDArray[np.float64], trajectories: Trajectories
+) -> NDArray[np.bool_]:
+    """Return which vehicles, at (V, 3) m of the camera, may project into the image.
+
+    All others are beyond one side of the view with a sphere around them.
+    """
+    sizes = [(v.length / 2.0, v.width / 2.0, v.height) for v in trajectories.vehicles]
+    reach = np.linalg.norm(np.array(sizes), axis=1) + 0.01
+    focal, (cx, cy) = camera.focal_px, camera.matrix[:2, 2]
+    sides = np.array(
+        [
+            [focal, 0.0, cx],
+            [-focal, 0.0, camera.width - cx],
+            [0.0, focal, cy],
+            [0.0, -focal, camera.height - cy],
+        ]
+    )
+    inward = local @ (sides / np.linalg.norm(sides, axis=1, keepdims=True)).T
+    seen: NDArray[np.bool_] = np.all(inward > -reach[:, None], axis=1)
+    return seen
 
 
 def _beyond_near_plane(
