@@ -52,7 +52,7 @@ class OpenCvTracker:
     Notes
     -----
     In a frame in which OpenCV reports a failure the last box is repeated with
-    confidence 0; otherwise confidence is 1, since these trackers give none. Runs are
+    confidence 0; otherwise confidence is 1, since that is all they say. Runs are
     reproducible for trackers that use OpenCV's generator or no randomness; MIL seeds
     its features from the clock, so that two runs of it may differ.
     """
@@ -74,7 +74,7 @@ class OpenCvTracker:
         found, row = self._tracker.update(_to_bgr(frame))
         if found and np.all(np.isfinite(row)):
             self._box = Box.from_array(row)
-            return Estimate(self._box)
+            return Estimate(self._box, confidence=1.0)
         return Estimate(self._box, confidence=0.0)
 
 

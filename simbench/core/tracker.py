@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, runtime_checkable
+from typing import Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,23 @@ from numpy.typing import NDArray
 from simbench.core.box import Box
 from simbench.core.frame import Frame
 
-__all__ = ["Estimate", "Failure", "FailureKind", "Phase", "Track", "Tracker"]
+__all__ = [
+    "NO_BOX",
+    "Estimate",
+    "Failure",
+    "FailureKind",
+    "Phase",
+    "Track",
+    "Tracker",
+]
 
 FailureKind = Literal["exception", "timeout", "not-a-number", "memory", "crash"]
 """It raised, took too long, returned an invalid number, ran out of its memory limit, or
 ended its process."""
 Phase = Literal["construction", "init", "update"]
+
+NO_BOX: Final = Box(math.nan, math.nan, math.nan, math.nan)
+"""The box of a frame in which the tracker says that the target is absent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,26 +38,34 @@ class Estimate:
     Attributes
     ----------
     box : Box, px
-        Finite; may reach outside the image.
-    confidence : float, in [0, 1]
-        The tracker's own confidence; 1 for trackers that give none.
+        Finite; may reach outside the image. Left out, or of no meaning, where the
+        tracker says that the target is absent.
+    confidence : float, in [0, 1], or None
+        The tracker's own confidence that the box is on the target. None, the default,
+        is "not stated": no measure of confidence is computed then.
     particles : int
         Likelihood evaluations spent on this frame, counted by the likelihood itself;
         0 for trackers without particles.
     cloud : (N, 3) float or None
         Optional particle cloud for display: centre x, y [px] and normalised weight.
+    absent : bool
+        The tracker says that the target is not in the image, or wholly hidden: the
+        frame then has no box (NaN in tables).
 
     Examples
     --------
     >>> from simbench import Box, Estimate
     >>> Estimate(Box(10.0, 20.0, 30.0, 40.0), confidence=0.9, particles=100).particles
     100
+    >>> Estimate(absent=True).box.is_finite
+    False
     """
 
-    box: Box
-    confidence: float = 1.0
+    box: Box = NO_BOX
+    confidence: float | None = None
     particles: int = 0
     cloud: NDArray[np.float64] | None = None
+    absent: bool = False
 
 
 @runtime_checkable
@@ -111,10 +131,10 @@ class Track:
     Attributes
     ----------
     boxes : (T, 4) float, px
-        ``left, top, width, height``; row 0 is the given box. NaN from the frame of a
-        failure on.
+        ``left, top, width, height``; row 0 is the given box. NaN where the tracker says
+        that the target is absent, and from the frame of a failure on.
     confidence : (T,) float, in [0, 1]
-        Row 0 is 1. NaN from a failure on.
+        Row 0 is 1. NaN where the tracker states none, and from a failure on.
     particles : (T,) int
         Likelihood evaluations by frame; row 0 (initialisation) is 0.
     seconds : (T,) float, s
@@ -155,3 +175,10 @@ class Track:
     tracker: str = ""
     repetition: int = 0
     clouds: tuple[NDArray[np.float64] | None, ...] = field(default=(), repr=False)
+
+    @property
+    def absent(self) -> NDArray[np.bool_]:
+        """Where the tracker says that the target is absent, (T,) bool."""
+        has_no_box = ~np.isfinite(self.boxes).all(axis=1)
+        ends = min((one.frame for one in self.failures), default=len(self.boxes))
+        return has_no_box & (np.arange(len(self.boxes)) < ends)

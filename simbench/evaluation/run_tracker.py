@@ -225,7 +225,7 @@ def _step(
     try:
         if index == 0:
             tracker.init(frame, start, rng)
-            estimate = Estimate(start)
+            estimate = Estimate(start, confidence=1.0)
         else:
             estimate = tracker.update(frame)
     except BaseException as error:
@@ -258,16 +258,21 @@ def _fault(estimate: object) -> tuple[FailureKind, str] | None:
         )
     box, confidence = estimate.box, estimate.confidence
     try:
-        valid = box.is_finite and box.width >= 0.0 and box.height >= 0.0
-        near = bool(np.abs(box.to_array()).max() <= _MAX_COORDINATE_PX)
-        in_range = 0.0 <= confidence <= 1.0
-        math.isfinite(confidence)
+        is_absent = estimate.absent
+        is_flag = isinstance(is_absent, bool | np.bool_)
+        valid = is_absent or (box.is_finite and box.width >= 0.0 and box.height >= 0.0)
+        near = is_absent or bool(np.abs(box.to_array()).max() <= _MAX_COORDINATE_PX)
+        in_range = confidence is None or 0.0 <= confidence <= 1.0
+        math.isfinite(confidence or 0.0)
         particles = estimate.particles
         is_count = 0 <= particles < 2**31 and int(particles) == particles
         found = repr(particles)
     except Exception as error:  # a tracker may return any object in place of a number
         reason = one_line(error)
         return "exception", f"update must return an Estimate of numbers: {reason}"
+    if not is_flag:
+        shown = repr(is_absent)[:200]
+        return "exception", f"absent must be True or False, got {shown}"
     if not valid:
         return "not-a-number", f"box must be finite with a size >= 0, got {box}"
     if not near:

@@ -41,7 +41,9 @@ class TrackBuffer:
     Attributes
     ----------
     boxes : (count, 4) float, px
+        NaN where the target is said absent.
     confidence : (count,) float, in [0, 1]
+        NaN where none is stated.
     particles : (count,) int
     seconds : (count,) float, s
     error : BaseException or None
@@ -82,9 +84,10 @@ class TrackBuffer:
         self._state[:2] = _PHASES.index(phase), frame
 
     def record(self, frame: int, estimate: Estimate, seconds: float) -> None:
-        """Record a valid estimate."""
-        self.boxes[frame] = estimate.box.to_array()
-        self.confidence[frame] = estimate.confidence
+        """Record a valid estimate; it has no box where the target is said absent."""
+        box, stated = estimate.box, estimate.confidence
+        self.boxes[frame] = np.nan if estimate.absent else box.to_array()
+        self.confidence[frame] = np.nan if stated is None else stated
         self.particles[frame] = estimate.particles
         self.seconds[frame] = seconds
 

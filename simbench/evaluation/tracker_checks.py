@@ -95,7 +95,10 @@ def check_frames_are_not_modified(factory: TrackerFactory) -> None:
 
 
 def check_estimates_are_in_range(factory: TrackerFactory) -> None:
-    """Check for finite boxes, confidence in [0, 1] and particles of at least 0."""
+    """Check for finite boxes, confidence in [0, 1] and particles of at least 0.
+
+    An estimate needs no box where it says that the target is absent, and no confidence.
+    """
     _run(factory(), _clip())
 
 
@@ -173,13 +176,19 @@ def _check_estimate(estimate: Estimate, index: int) -> None:
             f"update must return an Estimate, got {type(estimate).__name__} in frame "
             f"{index}"
         )
-    if not estimate.box.is_finite:
-        raise TrackerError(f"box must be finite, got {estimate.box} in frame {index}")
+    if not isinstance(estimate.absent, bool | np.bool_):
+        raise TrackerError(
+            f"absent must be True or False, got {estimate.absent!r} in frame {index}"
+        )
+    if not estimate.absent and not estimate.box.is_finite:
+        raise TrackerError(
+            f"box must be finite unless absent, got {estimate.box} in frame {index}"
+        )
     if estimate.box.width < 0.0 or estimate.box.height < 0.0:
         raise TrackerError(
             f"box must have a size >= 0, got {estimate.box} in frame {index}"
         )
-    confidence = estimate.confidence
+    confidence = 1.0 if estimate.confidence is None else estimate.confidence
     if not (math.isfinite(confidence) and 0.0 <= confidence <= 1.0):
         raise TrackerError(
             f"confidence must be in [0, 1], got {confidence} in frame {index}"
@@ -192,10 +201,17 @@ def _check_estimate(estimate: Estimate, index: int) -> None:
         )
 
 
-def _numbers(estimates: list[Estimate]) -> list[tuple[bytes, float, int]]:
+def _numbers(
+    estimates: list[Estimate],
+) -> list[tuple[bytes, float | None, int, bool]]:
     """Return the numbers of estimates, to be compared bit by bit."""
     return [
-        (each.box.to_array().tobytes(), each.confidence, int(each.particles))
+        (
+            each.box.to_array().tobytes(),
+            each.confidence,
+            int(each.particles),
+            bool(each.absent),
+        )
         for each in estimates
     ]
 

@@ -100,7 +100,8 @@ def test_track_has_one_row_per_frame(tiny: Sequence) -> None:
     assert found.boxes.shape == (8, 4)
     assert found.boxes[:, 0].tolist() == [4, 5, 6, 7, 8, 9, 10, 11]
     assert found.particles.tolist() == [0, 7, 7, 7, 7, 7, 7, 7]
-    assert found.confidence.tolist() == [1.0] * 8
+    np.testing.assert_array_equal(found.confidence, [1.0, *[np.nan] * 7])  # unstated
+    assert not found.absent.any()
     assert found.seed == track_seed(5, "Drifting", 0)
     assert found.tracker == "Drifting"
     assert found.failures == ()
@@ -247,6 +248,19 @@ def test_fault_ends_the_track_in_its_frame(
             "Estimate of numbers",
             id="confidence is text",
         ),
+        pytest.param(
+            Estimate(TRUE, absent="no"),  # type: ignore[arg-type]
+            "exception",
+            "absent must be True or False, got 'no'",
+            id="absent is text",
+        ),
+        pytest.param(Estimate(), "not-a-number", "box must be", id="no box"),
+        pytest.param(
+            Estimate(confidence=2.0, absent=True),
+            "not-a-number",
+            "confidence must be",
+            id="absent with confidence above 1",
+        ),
     ],
 )
 def test_invalid_estimate_is_a_failure(
@@ -257,6 +271,29 @@ def test_invalid_estimate_is_a_failure(
     assert (failure.frame, failure.kind) == (4, kind)
     assert re.search(message, failure.message)
     assert np.isnan(found.boxes[4:]).all()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        pytest.param(Estimate(absent=True, confidence=0.2), id="without a box"),
+        pytest.param(Estimate(TRUE, absent=True, confidence=0.2), id="with a box"),
+    ],
+)
+def test_target_said_absent_has_no_box_and_is_no_failure(
+    tiny: Sequence, said: Estimate
+) -> None:
+    found = track(Drifting(4, lambda frame: said), tiny, seed=0)
+    assert found.failures == ()
+    assert found.absent.tolist() == [index == 4 for index in range(8)]
+    assert np.isnan(found.boxes[4]).all()
+    assert found.confidence[4] == 0.2
+
+
+def test_frames_after_a_failure_are_not_said_absent(tiny: Sequence) -> None:
+    found = track(Drifting(4, _raise), tiny, seed=0)
+    assert np.isnan(found.boxes[4:]).all()
+    assert not found.absent.any()
 
 
 def test_ctrl_c_stops_the_run(tiny: Sequence) -> None:

@@ -87,6 +87,16 @@ class ReturnsConfidenceAboveOne(Still):
         return Estimate(Box(0.0, 0.0, 1.0, 1.0), confidence=1.5)
 
 
+class SaysAbsentInText(Still):
+    def update(self, frame: Frame) -> Estimate:
+        return Estimate(absent="yes")  # type: ignore[arg-type]
+
+
+class SaysAbsent(Still):
+    def update(self, frame: Frame) -> Estimate:
+        return Estimate(absent=True, confidence=0.1)
+
+
 class ReturnsHalfAParticle(Still):
     def update(self, frame: Frame) -> Estimate:
         return Estimate(Box(0.0, 0.0, 1.0, 1.0), particles=0.5)  # type: ignore[arg-type]
@@ -126,6 +136,7 @@ class RaisesInInit(Still):
         (KeepsState, "must reset all state"),
         (ReturnsNan, "finite"),
         (ReturnsConfidenceAboveOne, r"confidence must be in \[0, 1\], got 1.5"),
+        (SaysAbsentInText, "absent must be True or False, got 'yes'"),
         (ReturnsHalfAParticle, "particles must be an int"),
         (ReturnsNegativeWidth, "size >= 0"),
         (RaisesWithoutTarget, "target gone"),
@@ -143,3 +154,7 @@ def test_broken_tracker_is_refused_with_the_rule_it_violates(
 
 def test_still_tracker_passes_all_checks_at_once() -> None:
     check_tracker(Still)
+
+
+def test_tracker_may_say_that_the_target_is_absent() -> None:
+    check_tracker(SaysAbsent)
