@@ -18,7 +18,17 @@ from typing import Annotated
 import typer
 
 from simbench import __version__
-from simbench.cli import catalogue, check, describe, generate, run, show, sweep, verify
+from simbench.cli import (
+    catalogue,
+    check,
+    describe,
+    frames,
+    generate,
+    run,
+    show,
+    sweep,
+    verify,
+)
 from simbench.cli.bash_words import complete_in_bash, is_asked_by_bash
 from simbench.cli.mistakes import usage_mistake
 from simbench.core.errors import SimbenchError
@@ -43,6 +53,7 @@ app.command("sweep")(sweep.sweep)
 app.command("generate")(generate.generate)
 app.command("check")(check.check)
 app.command("report")(run.report)
+app.command("frames")(frames.frames)
 app.command("list")(describe.list_all)
 app.command("show")(show.show)
 app.command("catalogue")(catalogue.catalogue)

@@ -12,6 +12,8 @@ from rich.console import Console
 
 from simbench.cli.display import print_line
 from simbench.cli.names import (
+    RULES,
+    complete_rules,
     complete_scenario,
     complete_trackers,
     scenario_names,
@@ -33,6 +35,7 @@ __all__ = [
     "Out",
     "Repetitions",
     "Replace",
+    "RulesName",
     "Seeds",
     "Timeout",
     "Trackers",
@@ -97,6 +100,15 @@ Replace = Annotated[
     typer.Option(
         "--replace",
         help="Run finished parts again, and replace results of the same names.",
+    ),
+]
+RulesName = Annotated[
+    str,
+    typer.Option(
+        "--rules",
+        metavar="|".join(RULES),
+        help="By whose rules to score; no tracker runs again for others.",
+        autocompletion=complete_rules,
     ),
 ]
 Frames = Annotated[

@@ -36,6 +36,7 @@ SCORE_COLUMNS: Final = {
     "precision_20": ("precision", "{:.3f}"),
     "success_50": ("success", "{:.3f}"),
     "success_auc": ("area", "{:.3f}"),
+    "average_overlap": ("AO", "{:.3f}"),
     "center_error_px": ("error", "{:.1f}"),
     "particles_mean": ("particles", "{:.0f}"),
     "fps": ("fps", "{:.0f}"),
@@ -95,9 +96,11 @@ def score_table(scores: Scores) -> Table:
     """Return means over seeds as a table, one row a scenario, variant and tracker."""
     from simbench.evaluation.statistics import summary
 
+    rules = " and ".join(scores.runs["rules"].unique())
     caption = (
-        "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
-        "success curve, error in px at the centre, particles per frame, frames/s"
+        f"means over seeds by the rules of {rules}: precision at 20 px, success at "
+        "overlap 0.5, area under the success curve, average overlap, error in px at the "
+        "centre, particles per frame, frames/s"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in SCORE_COLUMNS.values():

@@ -12,9 +12,11 @@ from simbench.core.text import did_you_mean
 __all__ = [
     "CHANNELS",
     "FORMATS",
+    "RULES",
     "complete_channels",
     "complete_dial",
     "complete_format",
+    "complete_rules",
     "complete_scenario",
     "complete_scenario_or_tracker",
     "complete_trackers",
@@ -37,6 +39,8 @@ FORMATS: Final = (
 """As `simbench.datasets.formats.FORMATS`, whose import takes half a second."""
 CHANNELS: Final = ("depth", "flow")
 """As `simbench.datasets.channels.CHANNELS`."""
+RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
+"""As `simbench.evaluation.rules.RULES`."""
 
 _YAML: Final = (".yaml", ".yml")
 
@@ -108,6 +112,11 @@ def complete_channels(incomplete: str) -> list[str]:
 def complete_format(incomplete: str) -> list[str]:
     """Complete the name of a data set layout."""
     return _starting(FORMATS, incomplete)
+
+
+def complete_rules(incomplete: str) -> list[str]:
+    """Complete the name of a toolkit's scoring rules."""
+    return _starting(RULES, incomplete)
 
 
 def complete_dial(incomplete: str) -> list[str]:

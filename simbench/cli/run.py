@@ -20,6 +20,7 @@ from simbench.cli.arguments import (
     Out,
     Repetitions,
     Replace,
+    RulesName,
     Seeds,
     Timeout,
     Trackers,
@@ -28,6 +29,7 @@ from simbench.cli.arguments import (
 )
 from simbench.cli.display import print_line, progress_bar, score_table
 from simbench.cli.json_output import Json, run_facts, write_json
+from simbench.cli.names import RULES, require_name
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
@@ -60,6 +62,7 @@ def run(
     memory_mb: Memory = 4096,
     replace: Replace = False,
     cluster: Cluster = "",
+    rules: RulesName = "simbench",
     as_json: Json = False,
 ) -> None:
     """Generate, track, score and report; the same command resumes a stopped run.
@@ -67,6 +70,7 @@ def run(
     A tracker that fails loses only its own row; the exit status is then 1.
     """
     # before the heavy imports: a mistake in a file is reported at once
+    require_name("--rules", rules, RULES)
     found = scenarios_from(scenarios, frames)
 
     from simbench.experiments.request import Request, parse_seeds
@@ -88,6 +92,7 @@ def run(
         cluster=cluster,
         keep_sequences=keep_sequences,
         replace=replace,
+        rules=rules,
     )
     if as_json:
         write_json("run", run_facts(result))
@@ -105,6 +110,7 @@ def execute_request(
     cluster: str,
     replace: bool,
     keep_sequences: bool = False,
+    rules: str = "simbench",
 ) -> RunResult:
     """Run a request and show its progress; see `run_experiment`."""
     from simbench.experiments.run import run_experiment
@@ -119,6 +125,7 @@ def execute_request(
             cluster=cluster,
             keep_sequences=keep_sequences,
             replace=replace,
+            rules=rules,
             progress=progress,
         )
 

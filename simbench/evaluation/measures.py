@@ -23,6 +23,7 @@ __all__ = [
     "NORM_PRECISION_THRESHOLDS",
     "PRECISION_THRESHOLDS",
     "SUCCESS_THRESHOLDS",
+    "average_overlap",
     "center_error",
     "frame_overlap",
     "frames_per_second",
@@ -180,18 +181,22 @@ def precision(errors: NDArray[np.float64], threshold_px: float = 20.0) -> float:
     return float(_share(errors <= threshold_px))
 
 
-def success_curve(overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
+def success_curve(
+    overlaps: NDArray[np.float64],
+    thresholds: NDArray[np.float64] = SUCCESS_THRESHOLDS,
+) -> NDArray[np.float64]:
     """Return the share of frames whose overlap is above 0, 0.05, ..., 1.
 
     Parameters
     ----------
     overlaps : (F,) float, in [0, 1]
         Overlaps of the scored frames; 0 for a miss.
+    thresholds : (K,) float, in [0, 1]
 
     Returns
     -------
-    (21,) float, in [0, 1]
-        One value for each of `SUCCESS_THRESHOLDS`, **strict**; descending. The last is
+    (K,) float, in [0, 1]
+        One value for each threshold, **strict**; descending. That at 1 is
         always 0, and a frame without any overlap fails even the first. NaN if there is
         no frame.
 
@@ -202,7 +207,28 @@ def success_curve(overlaps: NDArray[np.float64]) -> NDArray[np.float64]:
     ETRI Journal 2020 (DSP), section 4.3. Strict as in got10k, pysot, pytracking; the
     VOT toolkit's plot has 100 thresholds and is inclusive at 1.
     """
-    return _share(overlaps[:, None] > SUCCESS_THRESHOLDS)
+    return _share(overlaps[:, None] > thresholds)
+
+
+def average_overlap(overlaps: NDArray[np.float64]) -> float:
+    """Return the mean overlap: GOT-10k's AO, and VOT's accuracy of a run.
+
+    Parameters
+    ----------
+    overlaps : (F,) float, in [0, 1]
+        Overlaps of the scored frames; 0 for a miss.
+
+    Returns
+    -------
+    float, in [0, 1]
+        NaN if there is no frame.
+
+    References
+    ----------
+    Huang, Zhao, Huang (2021), "GOT-10k: a large high-diversity benchmark for generic
+    object tracking in the wild", IEEE TPAMI 43(5), which names it AO.
+    """
+    return float(overlaps.mean()) if len(overlaps) else float("nan")
 
 
 def success(overlaps: NDArray[np.float64], threshold: float = 0.5) -> float:

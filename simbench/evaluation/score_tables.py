@@ -12,11 +12,16 @@ from numpy.typing import NDArray
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.evaluation import measures
+from simbench.evaluation.attributes import attributes
+from simbench.evaluation.failure_kinds import failure_kinds
+from simbench.evaluation.road_position import road_motion
+from simbench.evaluation.rules import RULES, Judged, Rules, RunBoxes
 from simbench.evaluation.score_columns import FRAME_TYPES, typed
 
-__all__ = ["frame_table", "frame_times", "measured"]
+__all__ = ["frame_table", "frame_times", "judge_again", "measured", "run_boxes"]
 
-_SIDES = ("left", "top", "width", "height")
+_SIDES = ["left", "top", "width", "height"]
+_TRUE_SIDES = [f"truth_{side}" for side in _SIDES]
 
 
 def frame_table(
@@ -32,29 +37,89 @@ def frame_table(
     keys : mapping
         Identity of the run, by `simbench.evaluation.score_columns.KEYS`.
     """
-    truth = sequence.truth
+    truth, times_s = sequence.truth, frame_times(sequence)
+    boxes = RunBoxes(
+        track.boxes,
+        truth.boxes,
+        truth.absent,
+        track.absent,
+        truth.visible_fraction,
+        sequence.width,
+        sequence.height,
+    )
+    motion = road_motion(track.boxes, sequence, times_s)
     columns: dict[str, Any] = {
         **keys,
         "frame": np.arange(len(sequence)),
-        "time_s": frame_times(sequence),
+        "time_s": times_s,
         **{side: track.boxes[:, i] for i, side in enumerate(_SIDES)},
         "confidence": track.confidence,
         "particles": track.particles,
         "seconds": track.seconds,
-        "center_error_px": measures.center_error(track.boxes, truth.boxes),
-        "norm_center_error": measures.norm_center_error(track.boxes, truth.boxes),
-        "overlap": measures.frame_overlap(track.boxes, truth.boxes),
-        **{f"truth_{side}": truth.boxes[:, i] for i, side in enumerate(_SIDES)},
+        **_judged(RULES["simbench"].judge(boxes)),
+        **{side: truth.boxes[:, i] for i, side in enumerate(_TRUE_SIDES)},
         "visible_fraction": truth.visible_fraction,
         "absent": truth.absent,
         "occluder": list(truth.occluders),
-        "scored": measures.scored_frames(truth.absent),
+        "said_absent": track.absent,
+        "failure": failure_kinds(track, sequence),
+        **attributes(sequence),
+        "position_error_m": motion.position_error_m,
+        "speed_kmh": motion.speed_kmh,
+        "truth_speed_kmh": motion.truth_speed_kmh,
     }
-    return typed(pd.DataFrame(columns), FRAME_TYPES)
+    return typed(pd.DataFrame(columns)[list(FRAME_TYPES)], FRAME_TYPES)
 
 
-def measured(frames: pd.DataFrame) -> dict[str, float]:
-    """Return every measure of one run, from its frames, see `frame_table`."""
+def judge_again(
+    frames: pd.DataFrame, rules: Rules, width: int, height: int
+) -> pd.DataFrame:
+    """Return the frames of one run as other rules judge them.
+
+    Parameters
+    ----------
+    frames : DataFrame
+        See `frame_table`, of any rules.
+    rules : Rules
+    width, height : int, px
+        Size of the image.
+    """
+    return frames.assign(**_judged(rules.judge(run_boxes(frames, width, height))))
+
+
+def run_boxes(frames: pd.DataFrame, width: int, height: int) -> RunBoxes:
+    """Return the boxes of one run, see `frame_table`, in an image of that size [px]."""
+    return RunBoxes(
+        frames[_SIDES].to_numpy(np.float64),
+        frames[_TRUE_SIDES].to_numpy(np.float64),
+        frames["absent"].to_numpy(np.bool_),
+        frames["said_absent"].to_numpy(np.bool_),
+        frames["visible_fraction"].to_numpy(np.float64),
+        width,
+        height,
+    )
+
+
+def _judged(judged: Judged) -> dict[str, Any]:
+    return {
+        "center_error_px": judged.center_error,
+        "norm_center_error": judged.norm_center_error,
+        "overlap": judged.overlap,
+        "scored": judged.scored,
+    }
+
+
+def measured(
+    frames: pd.DataFrame, rules: Rules = RULES["simbench"]
+) -> dict[str, float]:
+    """Return the measures of one run that depend on rules, and times and particles.
+
+    Parameters
+    ----------
+    frames : DataFrame
+        See `frame_table`, judged by ``rules``.
+    rules : Rules
+    """
     scored = frames[frames["scored"]]
     errors = scored["center_error_px"].to_numpy()
     norm_errors = scored["norm_center_error"].to_numpy()
@@ -62,13 +127,16 @@ def measured(frames: pd.DataFrame) -> dict[str, float]:
     found = errors[np.isfinite(errors)]
     seconds = frames["seconds"].to_numpy()
     updates = seconds[1:][np.isfinite(seconds[1:])]
+    answered = frames["left"].notna() | frames["said_absent"]
     least, mean = measures.particle_usage(
-        frames["particles"].to_numpy(), frames["left"].notna().to_numpy()
+        frames["particles"].to_numpy(), answered.to_numpy(np.bool_)
     )
     return {
         "precision_20": measures.precision(errors),
         "success_50": measures.success(overlaps),
-        "success_auc": measures.success_area(overlaps),
+        "success_auc": rules.success_area(overlaps),
+        "average_overlap": measures.average_overlap(overlaps),
+        "success_75": measures.success(overlaps, 0.75),
         "norm_precision": measures.norm_precision(norm_errors),
         "norm_precision_area": measures.norm_precision_area(norm_errors),
         "center_error_px": float(found.mean()) if found.size else np.nan,

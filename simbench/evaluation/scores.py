@@ -12,6 +12,8 @@ import pandas as pd
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
+from simbench.evaluation.diagnosis import diagnosed
+from simbench.evaluation.rules import RULES, Rules, find_rules
 from simbench.evaluation.score_columns import (
     FRAME_TYPES,
     KEYS,
@@ -20,16 +22,25 @@ from simbench.evaluation.score_columns import (
     typed,
     write_table,
 )
-from simbench.evaluation.score_tables import frame_table, measured
+from simbench.evaluation.score_tables import (
+    frame_table,
+    judge_again,
+    measured,
+    run_boxes,
+)
 
 __all__ = ["KEYS", "Scores", "score", "score_failure", "score_missing"]
 
 _RUNS_FILE: Final = "scores.parquet"
 _FRAMES_FILE: Final = "frames.parquet"
+_DEFAULT_RULES: Final = RULES["simbench"]
+_UNKNOWN: Final = {"float64": np.nan, "int64": 0, "Int64": pd.NA, "boolean": pd.NA}
 _SHARES: Final = (
     "precision_20",
     "success_50",
     "success_auc",
+    "average_overlap",
+    "success_75",
     "norm_precision",
     "norm_precision_area",
 )
@@ -121,6 +132,60 @@ class Scores:
         write_table(self.frames, folder / _FRAMES_FILE)
         write_table(self.runs, folder / _RUNS_FILE)
 
+    def by_rules(self, rules: Rules) -> Scores:
+        """Return the same runs, scored by other rules.
+
+        Parameters
+        ----------
+        rules : Rules
+            See `simbench.evaluation.rules.RULES`.
+
+        Returns
+        -------
+        Scores
+            Shares, curves and errors by these rules, computed from the boxes; losses,
+            confidence and other columns are as before. A run without frames keeps its
+            row.
+        """
+        frames = [self.frames.iloc[:0]]
+        groups = self.frames.groupby(list(KEYS), sort=False, dropna=False)
+        of_run = {_plain(keys): group for keys, group in groups}
+        rows = []
+        for row in self.runs.to_dict("records"):
+            row["rules"] = rules.name
+            group = of_run.get(_plain(row[key] for key in KEYS))
+            if group is not None:
+                size = int(row["width_px"]), int(row["height_px"])
+                judged = judge_again(group, rules, *size)
+                frames.append(judged)
+                row.update(measured(judged, rules).items())
+            rows.append(row)
+        runs = typed(pd.DataFrame(rows, columns=self.runs.columns), RUN_TYPES)
+        return Scores(runs, pd.concat(frames[1:] or frames, ignore_index=True))
+
+    def overall(self) -> pd.DataFrame:
+        """Return the shares of each tracker over all runs, pooled as their rules do.
+
+        Returns
+        -------
+        DataFrame
+            One row per tracker: ``tracker``, ``runs``, and each share. GOT-10k pools
+            the frames of all runs, so that long sequences count more and runs without
+            frames do not count; the other rules average runs.
+        """
+        rules = [find_rules(str(name)) for name in self.runs["rules"].unique()]
+        is_by_frame = len(rules) == 1 and rules[0].pooling == "frames"
+        rows = []
+        for tracker, runs in self.runs.groupby("tracker", sort=False):
+            frames = self.frames[self.frames["tracker"] == tracker]
+            if is_by_frame:
+                pooled = measured(frames, rules[0])
+                row = {name: pooled[name] for name in _SHARES}
+            else:
+                row = {name: float(runs[name].mean()) for name in _SHARES}
+            rows.append({"tracker": tracker, "runs": len(runs), **row})
+        return pd.DataFrame(rows)
+
 
 def score(track: Track, sequence: Sequence) -> Scores:
     """Score one track against the ground truth.
@@ -169,6 +234,10 @@ def score(track: Track, sequence: Sequence) -> Scores:
         "track_seed": str(track.seed),
         "digest": sequence.digest,
         "traffic_redraws": sequence.traffic_redraws,
+        "rules": _DEFAULT_RULES.name,
+        "width_px": sequence.width,
+        "height_px": sequence.height,
+        **diagnosed(frames, run_boxes(frames, sequence.width, sequence.height)),
     }
     return Scores(_run_table(row), frames)
 
@@ -259,8 +328,13 @@ def _without_frames(
         "track_seed": "",
         "digest": "",
         "traffic_redraws": 0,
+        "rules": _DEFAULT_RULES.name,
+        "failure_kind": "",
     }
-    return Scores(_run_table(row), frames)
+    unknown = {
+        name: _UNKNOWN[kind] for name, kind in RUN_TYPES.items() if name not in row
+    }
+    return Scores(_run_table({**row, **unknown}), frames)
 
 
 def _keys(
@@ -268,6 +342,11 @@ def _keys(
 ) -> dict[str, Any]:
     named = (scenario, variant, pd.NA if seed is None else seed, tracker, repetition)
     return dict(zip(KEYS, named, strict=True))
+
+
+def _plain(keys: Iterable[Any]) -> tuple[Any, ...]:
+    """Return keys that compare equal if they are, an unknown seed too."""
+    return tuple(None if pd.isna(key) else key for key in keys)
 
 
 def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:

@@ -34,6 +34,7 @@ def run(
     timeout_s: float = 300.0,
     memory_mb: int = 4096,
     keep_sequences: bool = False,
+    rules: str = "simbench",
     progress: Progress | None = None,
 ) -> Scores:
     """Generate sequences, run trackers on them and score the tracks.
@@ -68,6 +69,8 @@ def run(
         Memory that a process of a tracker may allocate.
     keep_sequences : bool
         Keep the frames in the run folder.
+    rules : str
+        By whose rules to score: ``simbench``, ``otb``, ``got10k``, ``vot``, ``lasot``.
     progress : callable of (done, total, what), optional
 
     Returns
@@ -101,6 +104,7 @@ def run(
         jobs=core_count() if jobs is None else jobs,
         cluster=cluster,
         keep_sequences=keep_sequences,
+        rules=rules,
         progress=progress,
     )
     return result.scores
@@ -180,6 +184,7 @@ def _run(
     cluster: str,
     progress: Progress | None,
     keep_sequences: bool = False,
+    rules: str = "simbench",
 ) -> RunResult:
     with scratch_folder("run-") as temporary:
         return run_experiment(
@@ -189,6 +194,7 @@ def _run(
             jobs=jobs,
             cluster=cluster,
             keep_sequences=keep_sequences,
+            rules=rules,
             progress=progress,
         )
 

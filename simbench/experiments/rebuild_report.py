@@ -19,7 +19,7 @@ from simbench.report import write_report
 from simbench.runtime.run_jobs import Progress
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["rebuild_report"]
+__all__ = ["kept_sequence", "rebuild_report"]
 
 
 def rebuild_report(path: Path, progress: Progress) -> Path:
@@ -69,13 +69,13 @@ def _sequences(
         def report(done: int, _: int, before: int = before, title: str = title) -> None:
             progress(before + done, frames, title)
 
-        kept = _kept(folder, scenario, seed)
+        kept = kept_sequence(folder, scenario, seed)
         sequences.append(kept or generate(scenario, seed, progress=report))
         before += scenario.frames
     return sequences
 
 
-def _kept(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:
+def kept_sequence(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:
     """Return the sequence in the run folder, of whatever code version: it was used."""
     stem = glob.escape(sequence_stem(scenario, seed))
     folders = sorted(folder.sequences.glob(f"{stem}-*"))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.core.errors import DatasetError
+from simbench.evaluation.rules import find_rules
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
 from simbench.experiments.experiment import Experiment
@@ -100,6 +101,7 @@ def run_experiment(
     cluster: str = "",
     keep_sequences: bool = False,
     replace: bool = False,
+    rules: str = "simbench",
     progress: Progress | None = None,
     notice: Callable[[str], None] = logger.warning,
 ) -> RunResult:
@@ -125,12 +127,17 @@ def run_experiment(
     replace : bool
         Compute what is requested again, and drop those earlier results that use its
         names for something else.
+    rules : str
+        By whose rules all runs of the folder are scored, see
+        `simbench.evaluation.rules.RULES`. No tracker runs again for other rules.
     progress : callable, optional
     notice : callable
         Receives a line for the user if earlier results are made again.
 
     Raises
     ------
+    SimbenchError
+        If there are no such rules.
     TrackerError
         If a tracker cannot be constructed.
     DatasetError
@@ -138,6 +145,7 @@ def run_experiment(
         a name of the request.
     """
     folder = RunFolder(path)
+    chosen = find_rules(rules)
     began = time.monotonic()
     is_isolated = jobs > 0 or bool(cluster)
     with ThreadPoolExecutor(1) as aside:  # takes a second
@@ -157,9 +165,10 @@ def run_experiment(
         tasks = plan(experiment, folder.absolute(), codes, renderer)
         if replace:
             _remove_parts(tasks, request)
-        elif folder.is_finished(experiment.digest):
+        elif folder.is_finished(experiment.digest, rules):
             known = finished_scores(tasks, with_sequences=keep_sequences)
             if known is not None:
+                known = known.by_rules(chosen)
                 return RunResult(known, folder, _swept(experiment, known, path))
         keep_sequences = keep_sequences or folder.keeps_sequences
         environment = versions() | {"opengl": renderer}
@@ -170,6 +179,7 @@ def run_experiment(
             "\n".join(dict.fromkeys([*commands, command])),
             environment,
             keep_sequences=keep_sequences,
+            rules=rules,
         )
         folder.write_facts(facts)
         scores, sequences = run_grid(
@@ -182,6 +192,7 @@ def run_experiment(
         )
         if progress is not None:
             progress(1.0, 1.0, "writing the report")
+        scores = scores.by_rules(chosen)
         scores.write(path)
         swept = _swept(experiment, scores, path)
         facts["duration_s"] = round(time.monotonic() - began, 1)
@@ -199,6 +210,7 @@ def run_facts(
     environment: Mapping[str, str],
     *,
     keep_sequences: bool,
+    rules: str = "simbench",
 ) -> dict[str, Any]:
     """Return the content of ``run.json`` before the run starts.
 
@@ -209,6 +221,7 @@ def run_facts(
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "finished": False,
         "keep_sequences": keep_sequences,
+        "rules": rules,
         "versions": dict(environment),
         "host": host(),
         "duration_s": None,

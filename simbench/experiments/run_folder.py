@@ -199,13 +199,15 @@ class RunFolder:
         except DatasetError:
             return False
 
-    def is_finished(self, digest: str) -> bool:
+    def is_finished(self, digest: str, rules: str = "simbench") -> bool:
         """Whether a run of this request finished here and its results can be read.
 
         Parameters
         ----------
         digest : str
             Of the request.
+        rules : str
+            By which it is scored.
         """
         try:
             facts = self.read_facts()
@@ -214,6 +216,7 @@ class RunFolder:
         except (DatasetError, OSError, UnicodeError):
             return False
         ended = facts.get("finished") is True and facts.get("digest") == digest
+        ended = ended and facts.get("rules") == rules
         return ended and page.rstrip().endswith("</html>")
 
     def _unusable(self, error: OSError) -> DatasetError:

@@ -10,6 +10,8 @@ import plotly.offline
 
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
+from simbench.evaluation.explained import EXPLAINED
+from simbench.evaluation.rules import RULES
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, tables
@@ -105,6 +107,9 @@ def write_report(
         failures=tables.failure_rows(scores.runs),
         run_count=len(scores.runs),
         score_columns=tables.SCORE_COLUMNS,
+        diagnosis_columns=tables.DIAGNOSIS_COLUMNS,
+        explained=EXPLAINED,
+        rules=[one for name, one in RULES.items() if name in set(scores.runs["rules"])],
         plotly=plotly.offline.get_plotlyjs(),
         scripts=[
             (FOLDER / name).read_text(encoding="utf-8")
@@ -136,6 +141,7 @@ def _chapter(
         "sequence": sequence,
         "stills": stills(sequence) if sequence is not None else [],
         "scores": tables.score_rows(section),
+        "diagnosis": tables.diagnosis_rows(section),
         "dials": tables.dial_rows(section),
         "failures": tables.failure_rows(section.runs),
         "has_particles": any(one["particles"] for one in by_frame.values()),

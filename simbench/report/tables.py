@@ -14,8 +14,10 @@ from simbench.report.sections import ReportSection, rows_of_seed
 from simbench.report.text import count, fixed, percent, scenario_name, seed_name
 
 __all__ = [
+    "DIAGNOSIS_COLUMNS",
     "SCORE_COLUMNS",
     "Cell",
+    "diagnosis_rows",
     "dial_rows",
     "failure_rows",
     "overall_rows",
@@ -58,7 +60,9 @@ class ScoreColumn:
 
 SCORE_COLUMNS: Final = (
     ScoreColumn("success_50", "Success", "overlap > 0.5", 3, 1),
+    ScoreColumn("success_75", "Success", "overlap > 0.75", 3, 1),
     ScoreColumn("success_auc", "Success area", "AUC", 3, 1),
+    ScoreColumn("average_overlap", "Average overlap", "AO", 3, 1),
     ScoreColumn("precision_20", "Precision", "at 20 px", 3, 1),
     ScoreColumn("norm_precision", "Norm. precision", "at 0.20", 3, 1),
     ScoreColumn("center_error_px", "Centre error", "mean, px", 1, -1),
@@ -66,6 +70,20 @@ SCORE_COLUMNS: Final = (
     ScoreColumn("particles_min", "Particles", "min. per frame", 0, 0),
     ScoreColumn("fps", "Speed", "frames/s", 1, 0),
 )
+DIAGNOSIS_COLUMNS: Final = (
+    ScoreColumn("losses", "Losses", "per run", 2, -1),
+    ScoreColumn("losses_per_occlusion", "Lost", "share of occlusions", 2, -1),
+    ScoreColumn("recovery_s", "Recovery", "mean, s", 2, -1),
+    ScoreColumn("confidence_auc", "Confidence", "AUC", 2, 1),
+    ScoreColumn("calibration_error", "Calibration", "error", 2, -1),
+    ScoreColumn("alarm_delay_frames", "Alarm", "frames after loss", 1, -1),
+    ScoreColumn("false_alarms", "False alarms", "share", 2, -1),
+    ScoreColumn("overlap_occluded", "Overlap", "occluded", 2, 1),
+    ScoreColumn("overlap_near_distractor", "Overlap", "near distractor", 2, 1),
+    ScoreColumn("position_error_m", "Position", "error, m", 2, -1),
+    ScoreColumn("speed_error_kmh", "Speed", "error, km/h", 1, -1),
+)
+"""What happened, beside how good it was; the main failure stands beside it."""
 _OVERALL_COLUMNS: Final = tuple(
     replace(column, decimals=2)
     for column in SCORE_COLUMNS
@@ -108,6 +126,29 @@ def score_rows(section: ReportSection) -> list[tuple[str, int, int, list[Cell]]]
         )
         for tracker in section.trackers
     ]
+
+
+def diagnosis_rows(section: ReportSection) -> list[tuple[str, list[Cell], str]]:
+    """Return by tracker: label, a cell for each `DIAGNOSIS_COLUMNS`, main failure.
+
+    The failure is the most frequent kind of its runs and the share of wrong frames.
+    """
+    _, columns = _columns(section, DIAGNOSIS_COLUMNS)
+    return [
+        (
+            tracker,
+            [cells[tracker] for cells in columns],
+            _main_failure(section.of_tracker(tracker)[1]),
+        )
+        for tracker in section.trackers
+    ]
+
+
+def _main_failure(frames: pd.DataFrame) -> str:
+    kinds = frames.loc[frames["failure"] != "", "failure"].value_counts()
+    if kinds.empty:
+        return "–"
+    return f"{kinds.index[0]}: {percent(kinds.iloc[0] / len(frames))} of frames"
 
 
 def dial_rows(section: ReportSection) -> list[tuple[str, str, str, str]]:

@@ -11,6 +11,7 @@ import pytest
 from simbench.cli import bash_words, execute, names
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.formats import FORMATS
+from simbench.evaluation.rules import RULES
 from simbench.scenarios.files.library import list_scenarios
 from simbench.trackers.find_tracker import list_trackers
 from tests.cli.test_start_up import HEAVY
@@ -74,6 +75,7 @@ def test_word_is_completed(
 def test_names_agree_with_the_rooms_that_have_them() -> None:
     assert names.FORMATS == FORMATS
     assert names.CHANNELS == CHANNELS
+    assert tuple(RULES) == names.RULES
     assert names.scenario_names() == list_scenarios()
     ours = [name for name in list_trackers() if not name.startswith("opencv:")]
     assert names.tracker_names() == ours

@@ -59,7 +59,7 @@ def only_run(scores: Scores) -> dict[Hashable, Any]:
 
 def test_runs_have_their_columns_in_order(tiny: Sequence) -> None:
     scores = score(replace(perfect_track(tiny), tracker="mine"), tiny)
-    assert list(scores.runs.columns)[:17] == [
+    assert list(scores.runs.columns)[:19] == [
         "scenario",
         "variant",
         "seed",
@@ -72,6 +72,8 @@ def test_runs_have_their_columns_in_order(tiny: Sequence) -> None:
         "precision_20",
         "success_50",
         "success_auc",
+        "average_overlap",
+        "success_75",
         "norm_precision",
         "center_error_px",
         "fps",
@@ -85,6 +87,7 @@ def test_perfect_track_scores_full_marks(tiny: Sequence) -> None:
     assert run["status"] == "ok"
     assert run["precision_20"] == run["success_50"] == run["norm_precision"] == 1.0
     assert run["success_auc"] == pytest.approx(20 / 21)
+    assert run["average_overlap"] == run["success_75"] == 1.0
     assert run["center_error_px"] == run["center_error_median_px"] == 0.0
     assert run["fps"] == pytest.approx(10.0)
     assert run["particles_min"] == run["particles_mean"] == 50.0

@@ -13,12 +13,15 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import cv2
 import pytest
+from pandas.testing import assert_frame_equal
 
-from simbench.core.errors import DatasetError
+from simbench.core.errors import DatasetError, SimbenchError
 from simbench.evaluation.run_tracker import track_seed
 from simbench.evaluation.scores import Scores
 from simbench.experiments.experiment import Experiment
+from simbench.experiments.frame_pictures import write_frame_pictures
 from simbench.experiments.grid import finished_scores, run_request
 from simbench.experiments.plan import SequenceTask, plan
 from simbench.experiments.rebuild_report import rebuild_report
@@ -398,3 +401,43 @@ def test_interrupted_run_stops_cleanly_and_goes_on(
     }
     assert facts["versions"]["opengl"]
     assert not (tmp_path / "out" / "sequences").exists()
+
+
+def test_other_rules_score_the_same_tracks_again(copied: RunFolder) -> None:
+    parts = {path: path.stat().st_mtime_ns for path in copied.parts.iterdir()}
+    before = Scores.read(copied.path)
+    found = run_experiment(asked("Walk"), copied.path, command="", rules="otb").scores
+    assert found.runs["rules"].tolist() == ["otb"]
+    assert found.runs["frames_scored"].tolist() == [24]
+    assert_frame_equal(Scores.read(copied.path).runs, found.runs)
+    assert "got10k's ExperimentOTB" in copied.report.read_text(encoding="utf-8")
+    run_experiment(asked("Walk"), copied.path, command="")
+    assert_frame_equal(Scores.read(copied.path).runs, before.runs)
+    assert_frame_equal(Scores.read(copied.path).frames, before.frames)
+    after = {path: path.stat().st_mtime_ns for path in copied.parts.iterdir()}
+    assert after == parts  # no tracker ran
+
+
+def test_unknown_rules_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(SimbenchError, match=r"rules: .*did you mean 'got10k'"):
+        run_experiment(asked("Walk"), tmp_path / "run", command="", rules="got10")
+    assert not (tmp_path / "run").exists()
+
+
+def test_frames_are_drawn_with_estimate_and_truth(
+    copied: RunFolder, tmp_path: Path
+) -> None:
+    frames = Scores.read(copied.path).frames
+    chosen = frames[frames["frame"].isin([2, 5])]
+    paths = write_frame_pictures(copied.path, chosen, tmp_path, lambda *_: None)
+    assert [path.name for path in paths] == [
+        "smoke-0004-walk-0-000002.png",
+        "smoke-0004-walk-0-000005.png",
+    ]
+    drawn = cv2.imread(str(paths[0]))[..., ::-1]
+    assert drawn.shape == (480, 640, 3)  # enlarged fourfold
+    row = chosen.iloc[0]
+    for prefix, colour in (("truth_", (255, 255, 255)), ("", (230, 60, 40))):
+        left, top = round(4 * row[f"{prefix}left"]), round(4 * row[f"{prefix}top"])
+        middle = top + round(2 * row[f"{prefix}height"])
+        assert tuple(drawn[middle, left].tolist()) == colour

@@ -1,0 +1,153 @@
+"""Pictures of single frames of a run, with estimate and truth drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from simbench.core.atomic_write import atomic_write
+from simbench.core.errors import DatasetError, SimbenchError
+from simbench.core.sequence import Sequence
+from simbench.experiments.rebuild_report import kept_sequence
+from simbench.experiments.request import path_safe
+from simbench.experiments.run_folder import RunFolder
+from simbench.generation.generate import generate
+from simbench.runtime.run_jobs import Progress
+from simbench.scenarios.schema import Scenario
+
+__all__ = ["draw_frame", "write_frame_pictures"]
+
+_LEAST_WIDTH_PX: Final = 640
+_WHITE, _RED, _BLACK = (255, 255, 255), (230, 60, 40), (0, 0, 0)  # RGB
+
+
+def write_frame_pictures(
+    run: Path, frames: pd.DataFrame, out: Path, progress: Progress
+) -> list[Path]:
+    """Write a PNG of each frame: the truth white, the estimate red.
+
+    Parameters
+    ----------
+    run : Path
+        Run folder. Sequences that it did not keep are generated again.
+    frames : DataFrame
+        Rows of `simbench.evaluation.scores.Scores.frames`, at least one.
+    out : Path
+        Folder for the pictures, which are named by scenario, seed, tracker, repetition
+        and frame.
+    progress : callable
+
+    Returns
+    -------
+    list of Path
+        In the order of the frames, grouped by sequence.
+
+    Raises
+    ------
+    DatasetError
+        If a sequence is neither there nor can be generated again, or a file cannot be
+        written.
+    """
+    folder = RunFolder(run)
+    facts = folder.read_facts()
+    scenarios = {
+        (one.get("name"), one.get("variant")): one for one in facts.get("scenarios", ())
+    }
+    paths: list[Path] = []
+    grouped = frames.groupby(["scenario", "variant", "seed"], sort=False, dropna=False)
+    for (name, variant, seed), rows in grouped:
+        described = scenarios.get((name, variant))
+        if described is None or pd.isna(seed):
+            raise DatasetError(
+                f"{run}: {name}: expected a scenario and seed to make pictures of, got "
+                "recorded data: --no-pictures lists the frames only"
+            )
+        sequence = _sequence(folder, described, int(seed), progress)
+        for row in rows.to_dict("records"):
+            path = out / _file_name(row)
+            image = sequence.frames[int(row["frame"])].image
+            _write(path, draw_frame(image, row))
+            paths.append(path)
+    return paths
+
+
+def draw_frame(image: NDArray[np.uint8], row: dict[Any, Any]) -> NDArray[np.uint8]:
+    """Return an image (H, W, 3) uint8 RGB with estimate, truth and a line of text.
+
+    Small images are enlarged by a whole factor, so that pixels stay visible.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+    row : dict
+        Of the frame table.
+    """
+    factor = max(1, -(-_LEAST_WIDTH_PX // image.shape[1]))
+    drawn = image.repeat(factor, axis=0).repeat(factor, axis=1)
+    for prefix, colour in (("truth_", _WHITE), ("", _RED)):
+        sides = [row[f"{prefix}{side}"] for side in ("left", "top", "width", "height")]
+        for grown, shade in ((3, _BLACK), (1, colour)):
+            _rectangle(drawn, np.array(sides, np.float64) * factor, shade, grown)
+    known = [("overlap", row["overlap"]), ("visible", row["visible_fraction"])]
+    known.append(("confidence", row["confidence"]))
+    parts = [f"{name} {value:.2f}" for name, value in known if not pd.isna(value)]
+    text = "  ".join(
+        [f"{row['tracker']}, frame {row['frame']}", *parts, row["failure"]]
+    )
+    ascii_text = text.encode("ascii", "replace").decode()
+    for grown, shade in ((3, _BLACK), (1, _WHITE)):
+        cv2.putText(
+            drawn, ascii_text, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.5, shade, grown
+        )
+    return drawn
+
+
+def _rectangle(
+    image: NDArray[np.uint8],
+    box: NDArray[np.float64],
+    colour: tuple[int, int, int],
+    thickness: int,
+) -> None:
+    if not np.isfinite(box).all():
+        return
+    height, width = image.shape[:2]
+    corners = np.clip([*box[:2], *(box[:2] + box[2:])], -10, max(height, width) + 10)
+    left, top, right, bottom = np.round(corners).astype(int).tolist()
+    cv2.rectangle(image, (left, top), (right, bottom), colour, thickness)
+
+
+def _sequence(
+    folder: RunFolder, described: dict[str, Any], seed: int, progress: Progress
+) -> Sequence:
+    try:
+        scenario = Scenario.model_validate(described["scenario"])
+    except (KeyError, TypeError, ValueError):
+        raise DatasetError(
+            f"{folder.path}/run.json: scenarios of another version"
+        ) from None
+    title = f"generating: {scenario.full_name}, seed {seed}"
+    kept = kept_sequence(folder, scenario, seed)
+    if kept is not None:
+        return kept
+    return generate(
+        scenario, seed, progress=lambda done, total: progress(done, total, title)
+    )
+
+
+def _file_name(row: dict[Any, Any]) -> str:
+    place = "@".join(filter(None, (row["scenario"], row["variant"])))
+    names = f"{path_safe(place)}-{row['seed']:04d}-{path_safe(row['tracker'])}"
+    return f"{names}-{row['repetition']}-{row['frame']:06d}.png"
+
+
+def _write(path: Path, image: NDArray[np.uint8]) -> None:
+    found, data = cv2.imencode(".png", image[..., ::-1])
+    if not found:
+        raise SimbenchError(f"{path}: the picture cannot be encoded")
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(data.tobytes())
