@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simbench.evaluation.raster_overlap import raster_overlap
 from simbench.evaluation.rules import RunBoxes
 
-__all__ = ["LongTerm", "Presence", "long_term", "presence"]
+__all__ = ["LongTerm", "Presence", "long_term", "overlaps_of", "presence"]
 
 _MIN_ABSENT: Final = 10  # absence is judged only where it has more frames
 _RESOLUTION: Final = 100  # thresholds of confidence
@@ -61,7 +61,7 @@ class Presence:
 def presence(run: RunBoxes) -> Presence:
     """Return the measures of the VOTS challenge for one run."""
     known = ~run.is_unknown
-    overlap, absent = _overlap(run)[known], run.absent[known]
+    overlap, absent = overlaps_of(run)[known], run.absent[known]
     said = run.said_absent[known]
     said[:1] = True
     tracked = ~absent & (overlap > 0.0)
@@ -116,7 +116,7 @@ def long_term(run: RunBoxes, confidence: NDArray[np.float64]) -> LongTerm:
     absent, or after a failure, there is no prediction, at any threshold.
     """
     known = ~run.is_unknown
-    overlap = np.where(run.absent, 0.0, _overlap(run))[known]
+    overlap = np.where(run.absent, 0.0, overlaps_of(run))[known]
     has_box = np.isfinite(run.estimates[known]).all(axis=1)
     level = np.where(has_box, np.nan_to_num(confidence[known], nan=0.0), -np.inf)
     level[:1] = 0.0
@@ -146,7 +146,7 @@ def _thresholds(levels: NDArray[np.float64]) -> list[float]:
     return [*ordered.tolist(), -1.0]
 
 
-def _overlap(run: RunBoxes) -> NDArray[np.float64]:
+def overlaps_of(run: RunBoxes) -> NDArray[np.float64]:
     """Return the overlap by frame: 0 in the first, and where there is no answer."""
     estimates = np.where(run.said_absent[:, None], 0.0, run.estimates)
     truth = np.where(run.absent[:, None], 0.0, run.truth)

@@ -60,7 +60,9 @@ def write_frame_pictures(
     }
     paths: list[Path] = []
     grouped = frames.groupby(["scenario", "variant", "seed"], sort=False, dropna=False)
-    for (name, variant, seed), rows in grouped:
+    keys: Any  # pandas types them as hashable
+    for keys, rows in grouped:
+        name, variant, seed = keys
         described = scenarios.get((name, variant))
         if described is None or pd.isna(seed):
             raise DatasetError(

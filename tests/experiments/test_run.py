@@ -13,9 +13,10 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import cv2
+import numpy as np
 import pytest
 from pandas.testing import assert_frame_equal
+from PIL import Image
 
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.evaluation.run_tracker import track_seed
@@ -410,7 +411,7 @@ def test_other_rules_score_the_same_tracks_again(copied: RunFolder) -> None:
     assert found.runs["rules"].tolist() == ["otb"]
     assert found.runs["frames_scored"].tolist() == [24]
     assert_frame_equal(Scores.read(copied.path).runs, found.runs)
-    assert "got10k's ExperimentOTB" in copied.report.read_text(encoding="utf-8")
+    assert "Rules of <b>otb</b>" in copied.report.read_text(encoding="utf-8")
     run_experiment(asked("Walk"), copied.path, command="")
     assert_frame_equal(Scores.read(copied.path).runs, before.runs)
     assert_frame_equal(Scores.read(copied.path).frames, before.frames)
@@ -434,7 +435,7 @@ def test_frames_are_drawn_with_estimate_and_truth(
         "smoke-0004-walk-0-000002.png",
         "smoke-0004-walk-0-000005.png",
     ]
-    drawn = cv2.imread(str(paths[0]))[..., ::-1]
+    drawn = np.array(Image.open(paths[0]))
     assert drawn.shape == (480, 640, 3)  # enlarged fourfold
     row = chosen.iloc[0]
     for prefix, colour in (("truth_", (255, 255, 255)), ("", (230, 60, 40))):
