@@ -88,7 +88,8 @@ class Store:
     ) -> None:
         self.address = address
         self._system = system
-        self._root = root.rstrip("/")
+        # an archive's root is empty, a server's may be "/": neither is part of a name
+        self._root = root.rstrip("/") or root[:1]
         self._one_at_a_time = threading.RLock()  # few drivers are thread-safe
         file = LeaseFile(system, self._full(LEASE), address, self._one_at_a_time)
         self.lease = Lease(file)
@@ -193,7 +194,8 @@ class Store:
                 self._system.rm([glob.escape(path) for path in full], recursive=True)
 
     def _full(self, path: str) -> str:
-        return f"{self._root}/{path}" if path else self._root
+        gap = "/" if self._root.strip("/") else ""
+        return f"{self._root}{gap}{path}" if path else self._root
 
     @contextlib.contextmanager
     def _errors_in_one_line(self) -> Iterator[None]:

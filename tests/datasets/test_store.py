@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -55,6 +56,26 @@ def test_put_files_are_in_the_store_and_no_longer_local(
     assert store.read(["a/two", "a/b/one"]) == [b"2", b"1"]
     assert store.has("a/two")
     assert not store.has("a/three")
+
+
+@pytest.mark.parametrize("folder", ["", "set"])
+def test_archive_is_a_store_whose_root_has_no_name(tmp_path: Path, folder: str) -> None:
+    path = tmp_path / "set.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(f"{folder}/entries/one.json".lstrip("/"), "1")
+        archive.writestr(f"{folder}/dataset.json".lstrip("/"), "2")
+    store = open_store(f"zip://{folder}::{path}")
+    assert store.names("") == ["dataset.json", "entries"]
+    assert store.names("entries") == ["one.json"]
+    assert store.has("entries/one.json") and not store.has("entries/two.json")
+    assert store.read(["entries/one.json", "dataset.json"]) == [b"1", b"2"]
+
+
+def test_root_named_by_a_slash_is_that_folder(tmp_path: Path) -> None:
+    store = Store("root://", fsspec.filesystem("file"), "/")
+    first = tmp_path.parts[1]
+    assert first in store.names("")
+    assert store.has(first) and not store.has("no such folder")
 
 
 def test_put_file_replaces_an_existing_one(store: Store, tmp_path: Path) -> None:
