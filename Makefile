@@ -11,7 +11,7 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat attack bench lint format house clean
+.PHONY: demo test test-all test-compat attack bench bench-before lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -38,6 +38,10 @@ attack: .venv/developer
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed
 	.venv-bench/bin/pytest -m bench -p no:xdist --benchmark-disable-gc
+
+# rendering against an earlier commit: make bench-before BASE=COMMIT, 10 minutes
+bench-before: .venv/developer
+	$(BIN)/python -m tests.bench.compare_with_base $(BASE) $(BENCH_OPTIONS)
 
 lint: .venv/developer
 	$(BIN)/ruff check .
