@@ -12,7 +12,9 @@ from rich.console import Console
 
 from simbench.cli.display import print_line
 from simbench.cli.names import (
+    PROTOCOLS,
     RULES,
+    complete_protocol,
     complete_rules,
     complete_scenario,
     complete_trackers,
@@ -33,6 +35,7 @@ __all__ = [
     "Memory",
     "Names",
     "Out",
+    "ProtocolName",
     "Repetitions",
     "Replace",
     "RulesName",
@@ -109,6 +112,16 @@ RulesName = Annotated[
         metavar="|".join(RULES),
         help="By whose rules to score; no tracker runs again for others.",
         autocompletion=complete_rules,
+    ),
+]
+ProtocolName = Annotated[
+    str,
+    typer.Option(
+        "--protocol",
+        metavar="|".join(PROTOCOLS),
+        help="Where trackers start: once, at many frames, from wrong boxes, again "
+        "after failures, forwards and backwards from anchors.",
+        autocompletion=complete_protocol,
     ),
 ]
 Frames = Annotated[

@@ -96,11 +96,10 @@ def score_table(scores: Scores) -> Table:
     """Return means over seeds as a table, one row a scenario, variant and tracker."""
     from simbench.evaluation.statistics import summary
 
-    rules = " and ".join(scores.runs["rules"].unique())
     caption = (
-        f"means over seeds by the rules of {rules}: precision at 20 px, success at "
-        "overlap 0.5, area under the success curve, average overlap, error in px at "
-        "the centre, particles per frame, frames/s"
+        "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
+        "success curve, average overlap (AO), error in px at the centre, particles per "
+        "frame, frames/s"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in SCORE_COLUMNS.values():

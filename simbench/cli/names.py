@@ -12,10 +12,12 @@ from simbench.core.text import did_you_mean
 __all__ = [
     "CHANNELS",
     "FORMATS",
+    "PROTOCOLS",
     "RULES",
     "complete_channels",
     "complete_dial",
     "complete_format",
+    "complete_protocol",
     "complete_rules",
     "complete_scenario",
     "complete_scenario_or_tracker",
@@ -41,6 +43,8 @@ CHANNELS: Final = ("depth", "flow")
 """As `simbench.datasets.channels.CHANNELS`."""
 RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
 """As `simbench.evaluation.rules.RULES`."""
+PROTOCOLS: Final = ("ope", "tre", "sre", "restart", "multistart")
+"""As `simbench.evaluation.protocols.PROTOCOLS`."""
 
 _YAML: Final = (".yaml", ".yml")
 
@@ -117,6 +121,11 @@ def complete_format(incomplete: str) -> list[str]:
 def complete_rules(incomplete: str) -> list[str]:
     """Complete the name of a toolkit's scoring rules."""
     return _starting(RULES, incomplete)
+
+
+def complete_protocol(incomplete: str) -> list[str]:
+    """Complete the name of a protocol."""
+    return _starting(PROTOCOLS, incomplete)
 
 
 def complete_dial(incomplete: str) -> list[str]:

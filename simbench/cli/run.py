@@ -18,6 +18,7 @@ from simbench.cli.arguments import (
     Memory,
     Names,
     Out,
+    ProtocolName,
     Repetitions,
     Replace,
     RulesName,
@@ -27,18 +28,19 @@ from simbench.cli.arguments import (
     scenarios_from,
     trackers_from,
 )
-from simbench.cli.display import print_line, progress_bar, score_table
+from simbench.cli.display import print_line, print_table, progress_bar, score_table
 from simbench.cli.json_output import Json, run_facts, write_json
-from simbench.cli.names import RULES, require_name
+from simbench.cli.names import PROTOCOLS, RULES, require_name
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
+    from simbench.evaluation.scores import Scores
     from simbench.experiments.request import Request
     from simbench.experiments.run import RunResult
 
 logger = logging.getLogger(__name__)
 
-__all__ = ["execute_request", "finish", "report", "run"]
+__all__ = ["execute_request", "finish", "print_protocol", "report", "run"]
 
 _RUNS = Path("results") / "runs"
 DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
@@ -63,6 +65,7 @@ def run(
     replace: Replace = False,
     cluster: Cluster = "",
     rules: RulesName = "simbench",
+    protocol: ProtocolName = "ope",
     as_json: Json = False,
 ) -> None:
     """Generate, track, score and report; the same command resumes a stopped run.
@@ -71,6 +74,7 @@ def run(
     """
     # before the heavy imports: a mistake in a file is reported at once
     require_name("--rules", rules, RULES)
+    require_name("--protocol", protocol, PROTOCOLS)
     found = scenarios_from(scenarios, frames)
 
     from simbench.experiments.request import Request, parse_seeds
@@ -82,6 +86,7 @@ def run(
         repetitions,
         timeout,
         memory_mb,
+        protocol=protocol,
     )
     console = Console()
     result = execute_request(
@@ -98,7 +103,32 @@ def run(
         write_json("run", run_facts(result))
         raise typer.Exit(1 if result.failures else 0)
     console.print(score_table(result.scores))
+    print_protocol(console, result.scores)
     finish(console, result)
+
+
+def print_protocol(console: Console, scores: Scores) -> None:
+    """Print the scores by a protocol of VOT, and by whose rules the shares are."""
+    from simbench.evaluation.protocol_scores import protocol_table
+
+    found = protocol_table(scores)
+    if found is not None:
+        headings = ("scenario", "tracker", "accuracy", "robustness", "failures", "EAO")
+        rows = [
+            (
+                "@".join(filter(None, (row.scenario, row.variant))),
+                row.tracker,
+                f"{row.accuracy:.3f}",
+                f"{row.robustness:.3f}",
+                f"{row.failures:.1f}",
+                f"{row.eao:.3f} ({row.low} to {row.high} frames)",
+            )
+            for row in found.itertuples()
+        ]
+        print_table(console, headings, rows)
+    rules = set(scores.runs["rules"]) - {"simbench"}
+    if rules:
+        print_line(console, f"shares are by the rules of {', '.join(sorted(rules))}")
 
 
 def execute_request(

@@ -30,6 +30,9 @@ EXPLAINED: Final = {
     "seconds_p95": "time that 95 % of the updates keep, s",
     "seconds_total": "time of initialisation and updates, s",
     "rules": "by whose rules the shares are computed",
+    "protocol": "from which frames and boxes the tracker is started",
+    "start_frame": "frame of the sequence in which this run begins",
+    "variation": "what is special about its start: a shift or scale, backwards",
     "width_px": "width of the image, px",
     "height_px": "height of the image, px",
     "confidence_auc": "how well confidence tells frames on the target (overlap above "

@@ -235,6 +235,9 @@ def score(track: Track, sequence: Sequence) -> Scores:
         "digest": sequence.digest,
         "traffic_redraws": sequence.traffic_redraws,
         "rules": _DEFAULT_RULES.name,
+        "protocol": "ope",
+        "start_frame": 0,
+        "variation": "",
         "width_px": sequence.width,
         "height_px": sequence.height,
         **diagnosed(frames, run_boxes(frames, sequence.width, sequence.height)),
@@ -329,6 +332,8 @@ def _without_frames(
         "digest": "",
         "traffic_redraws": 0,
         "rules": _DEFAULT_RULES.name,
+        "protocol": "ope",
+        "variation": "",
         "failure_kind": "",
     }
     unknown = {

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from simbench.core import box
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence, Truth, VehicleTruth
+from simbench.evaluation.score_tables import frame_times
 
-__all__ = ["FrameOrder", "sub_sequence"]
+__all__ = ["FrameOrder", "frames_in_order", "sub_sequence"]
 
 T = TypeVar("T", Truth, VehicleTruth)
 _NOT_BY_FRAME = ("vehicles", "ids")
@@ -55,6 +56,15 @@ class FrameOrder(collections.abc.Sequence[Frame]):
         return replace(frame, index=place, time_s=float(self.times_s[place]))
 
 
+def frames_in_order(
+    sequence: Sequence, order: range
+) -> collections.abc.Sequence[Frame]:
+    """Return the frames of a sequence in an order; its own where it is all of them."""
+    if order == range(len(sequence)):
+        return sequence.frames
+    return FrameOrder(sequence.frames, order, _times(frame_times(sequence), order))
+
+
 def sub_sequence(
     sequence: Sequence, order: range, times_s: NDArray[np.float64]
 ) -> Sequence:
@@ -74,24 +84,31 @@ def sub_sequence(
         Without channels and lane changes.
     """
     rows = np.array(order)
-    times = np.abs(times_s[rows] - times_s[rows[0]])
     truth = sequence.truth
     step = np.full(len(rows), np.nan)
     centers = box.centers(truth.boxes[rows])
     step[1:] = np.linalg.norm(np.diff(centers, axis=0), axis=1)
     vehicles = truth.vehicles
+    by_frame = getattr(sequence, "attributes", {})
+    labelled = {"attributes": {k: v[rows] for k, v in by_frame.items()}}
     picked: dict[str, Any] = {
         "displacement_px": step,
         "vehicles": vehicles and _rows_of(vehicles, rows),
     }
     return replace(
         sequence,
-        frames=FrameOrder(sequence.frames, order, times),
+        frames=FrameOrder(sequence.frames, order, _times(times_s, order)),
         truth=replace(_rows_of(truth, rows), **picked),
         cameras=tuple(sequence.cameras[row] for row in rows if sequence.cameras),
         lane_changes=(),
         channels={},
+        **(labelled if by_frame else {}),
     )
+
+
+def _times(times_s: NDArray[np.float64], order: range) -> NDArray[np.float64]:
+    chosen = times_s[np.array(order)]
+    return np.asarray(np.abs(chosen - chosen[0]))
 
 
 def _rows_of(truth: T, rows: NDArray[np.int64]) -> T:

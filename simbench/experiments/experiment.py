@@ -99,6 +99,11 @@ class Experiment:
                 )
         if request.sweep != self.sweep:
             raise SimbenchError("the runs that are there are of another sweep or none")
+        if request.protocol != self.requests[0].protocol:
+            raise SimbenchError(
+                f"the runs that are there are by the protocol "
+                f"{self.requests[0].protocol}, got {request.protocol}"
+            )
         others = [one for one in self.requests if one.digest != request.digest]
         if len(others) < len(self.requests):
             return self
@@ -106,7 +111,7 @@ class Experiment:
 
     def without(self, request: Request) -> tuple[Request, ...]:
         """Return the requests without the scenarios and trackers of another one."""
-        if request.sweep != self.sweep:
+        if (request.sweep, request.protocol) != (self.sweep, self.requests[0].protocol):
             return ()
         names = {one.full_name: one.digest for one in request.scenarios}
         labels = {one.label: spec_text(one) for one in request.trackers}
@@ -136,6 +141,7 @@ class Experiment:
                     "repetitions": request.repetitions,
                     "timeout_s": request.timeout_s,
                     "memory_mb": request.memory_mb,
+                    "protocol": request.protocol,
                 }
                 for request in self.requests
             ],
@@ -190,6 +196,7 @@ class Experiment:
                         float(one["timeout_s"]),
                         int(one["memory_mb"]),
                         sweep,
+                        protocol=str(one.get("protocol", "ope")),
                     )
                     for one in facts["requests"]
                 )

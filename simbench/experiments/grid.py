@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections.abc
 import shutil
 from collections import deque
 from collections.abc import Mapping
@@ -11,12 +10,14 @@ from typing import Literal
 
 from simbench.core.box import Box
 from simbench.core.errors import DatasetError
-from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished, read_sequence
 from simbench.evaluation.isolated_track import TrackRequest
+from simbench.evaluation.protocol_scores import segment_repetition
+from simbench.evaluation.protocols import ProtocolRun, Segment
 from simbench.evaluation.scores import Scores
+from simbench.evaluation.segments import frames_in_order
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.plan import SequenceTask, TrackTask, plan
 from simbench.experiments.request import Request
@@ -32,6 +33,7 @@ from simbench.scenarios.achieved_dials import max_rendered_frames
 
 __all__ = ["finished_scores", "run_grid", "run_request"]
 
+Segments = list[tuple[Segment, Track]]
 _GENERATION_COST = 10.0  # generating a frame takes about as long as tracking in ten
 _GRACE_S = 30.0  # beside the limits of construction and run, which its process keeps
 _SCORING_LIMIT_S = 300.0
@@ -141,9 +143,10 @@ class _Grid:
         self.tasks = tasks
         self.keep = keep
         self.is_isolated = is_isolated
-        self.to_score: deque[tuple[TrackTask, Track]] = deque()
+        self.to_score: deque[tuple[TrackTask, Segments]] = deque()
+        self.runs: dict[TrackTask, ProtocolRun] = {}
         self.being_scored: set[TrackTask] = set()
-        self.inputs: dict[Path, tuple[collections.abc.Sequence[Frame], Box]] = {}
+        self.inputs: dict[Path, Sequence] = {}
         self.failed: dict[TrackTask, Scores] = {}
         self.parent = {t.sequence: task for task in tasks for t in task.track_tasks}
         found = {track: track.scores() for task in tasks for track in task.track_tasks}
@@ -183,7 +186,7 @@ class _Grid:
         if self.to_score:
             track, found = self.to_score.popleft()
             self.being_scored.add(track)
-            arguments = found, track.sequence, track.part
+            arguments = found, track.sequence, track.part, track.protocol
             return Job(track, "generate", score_track, arguments, _SCORING_LIMIT_S)
         while self.ready:
             if (job := self.track_job(self.ready.popleft())) is not None:
@@ -201,29 +204,35 @@ class _Grid:
         )
 
     def track_job(self, track: TrackTask) -> Job | None:
-        """Return the job of a tracker run; None if its sequence cannot be read."""
+        """Return the job of a segment of a run; None if its sequence cannot be read."""
         try:
-            frames, start = self.input_of(track.sequence)
+            sequence = self.input_of(track.sequence)
         except DatasetError as error:
             self.end_track(track, track.missing("failed", str(error)))
             return None
-        request = TrackRequest(
-            track.tracker, frames, start, track.seed, track.repetition
-        )
+        if track not in self.runs:
+            size = sequence.width, sequence.height
+            self.runs[track] = ProtocolRun(track.protocol, sequence.truth, size)
+        run = self.runs[track]
+        segment = run.next()
+        if segment is None:
+            raise AssertionError("a run that has ended waits to be scored")
+        number = segment_repetition(track.protocol, track.repetition, len(run.done))
+        frames = frames_in_order(sequence, segment.order)
+        request = TrackRequest(track.tracker, frames, segment.start, track.seed, number)
         arguments = request, track.limits, track.output, self.is_isolated
         limit_s = 2 * track.limits.timeout_s + _GRACE_S
         return Job(track, "track", run_track, arguments, limit_s)
 
-    def input_of(self, folder: Path) -> tuple[collections.abc.Sequence[Frame], Box]:
-        """Return what a tracker gets of a sequence: the frames and the first box."""
+    def input_of(self, folder: Path) -> Sequence:
+        """Return a sequence, of which a tracker gets frames and a first box only."""
         if folder not in self.inputs:
             sequence = read_sequence(folder)
-            start = Box.from_array(sequence.truth.boxes[0])
-            if not start.is_finite:
+            if not Box.from_array(sequence.truth.boxes[0]).is_finite:
                 raise DatasetError(
                     f"{sequence.name}: no target in frame 0 to start the track on"
                 )
-            self.inputs[folder] = sequence.frames, start
+            self.inputs[folder] = sequence
         return self.inputs[folder]
 
     def finish(self, event: JobEvent) -> None:
@@ -239,7 +248,12 @@ class _Grid:
             else:
                 self.end_track(task, task.missing("failed", str(event.value)))
         elif event.kind == "done":
-            self.to_score.append((task, event.value))
+            run = self.runs[task]
+            run.add(event.value)
+            if run.next() is None:
+                self.to_score.append((task, self.runs.pop(task).done))
+            else:
+                self.ready.appendleft(task)
         else:  # no fault of the tracker: not stored, the next call tries again
             self.end_track(task, task.missing("failed", str(event.value)))
 
@@ -263,6 +277,7 @@ class _Grid:
     def end_track(self, track: TrackTask, row: Scores | None = None) -> None:
         """Count a run as done; ``row`` is for one that has no stored scores."""
         self.work_done += _cost(track)
+        self.runs.pop(track, None)
         if row is not None:
             self.failed[track] = row
         task = self.parent[track.sequence]

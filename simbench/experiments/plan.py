@@ -9,6 +9,7 @@ from typing import Literal
 
 from simbench.core.errors import DatasetError
 from simbench.evaluation.isolated_track import Limits
+from simbench.evaluation.protocols import Protocol, find_protocol
 from simbench.evaluation.scores import Scores, score_missing
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.request import path_safe, spec_text
@@ -39,7 +40,8 @@ class TrackTask:
     part : Path
         Folder for its scores.
     output : Path
-        File for what the tracker prints.
+        File for what the tracker prints; of several segments, in the last.
+    protocol : Protocol
     """
 
     scenario: Scenario
@@ -50,6 +52,7 @@ class TrackTask:
     limits: Limits
     part: Path
     output: Path
+    protocol: Protocol = "ope"
 
     def scores(self) -> Scores | None:
         """Return the stored scores, None where they are missing or unreadable."""
@@ -149,6 +152,7 @@ def plan(
                             tracker,
                             repetition,
                             limits,
+                            find_protocol(request.protocol),
                         )
     tasks = []
     for _, runs in sorted(found.items(), key=lambda item: places.index(item[0][0])):
@@ -182,8 +186,11 @@ def _track_task(
     tracker: TrackerSpec,
     repetition: int,
     limits: Limits,
+    protocol: Protocol,
 ) -> TrackTask:
-    key = digest_of(code, sequence.name, spec_text(tracker), repetition, asdict(limits))
+    decisive = [sequence.name, spec_text(tracker), repetition, asdict(limits)]
+    decisive += [] if protocol == "ope" else [protocol]
+    key = digest_of(code, *decisive)
     return TrackTask(
         scenario,
         seed,
@@ -193,4 +200,5 @@ def _track_task(
         limits,
         folder.parts / key[:16],
         folder.output(scenario.full_name, seed, tracker.label, repetition),
+        protocol,
     )

@@ -35,6 +35,7 @@ def run(
     memory_mb: int = 4096,
     keep_sequences: bool = False,
     rules: str = "simbench",
+    protocol: str = "ope",
     progress: Progress | None = None,
 ) -> Scores:
     """Generate sequences, run trackers on them and score the tracks.
@@ -71,6 +72,9 @@ def run(
         Keep the frames in the run folder.
     rules : str
         By whose rules to score: ``simbench``, ``otb``, ``got10k``, ``vot``, ``lasot``.
+    protocol : str
+        From which frames and boxes to start: ``ope`` (once), ``tre``, ``sre``,
+        ``restart``, ``multistart``, see `simbench.evaluation.protocols`.
     progress : callable of (done, total, what), optional
 
     Returns
@@ -97,6 +101,7 @@ def run(
         repetitions,
         timeout_s,
         memory_mb,
+        protocol=protocol,
     )
     result = _run(
         request,

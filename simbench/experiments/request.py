@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from simbench.core.errors import SimbenchError
+from simbench.evaluation.protocols import find_protocol
 from simbench.evaluation.sweep_axes import Sweep, parse_axis
 from simbench.runtime.code_digest import digest_of
 from simbench.scenarios.schema import Scenario
@@ -47,6 +48,8 @@ class Request:
         Memory that a process of a tracker may allocate.
     sweep : Sweep or None
         The swept dials, where the variants are those of a sweep.
+    protocol : str
+        One of `simbench.evaluation.protocols.PROTOCOLS`.
 
     Raises
     ------
@@ -61,10 +64,12 @@ class Request:
     timeout_s: float = 300.0
     memory_mb: int = 4096
     sweep: Sweep | None = None
+    protocol: str = "ope"
 
     def __post_init__(self) -> None:
         """Check values that come from the user."""
         _check_distinct("scenario names", (s.full_name for s in self.scenarios))
+        find_protocol(self.protocol)
         _check_distinct("tracker labels", (t.label for t in self.trackers))
         _check_distinct("seeds", self.seeds)
         if self.repetitions < 1:
@@ -90,6 +95,7 @@ class Request:
             self.timeout_s,
             self.memory_mb,
             self.sweep and self.sweep.facts(),
+            *([] if self.protocol == "ope" else [self.protocol]),
         )
 
     @property

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simbench.core.errors import DatasetError
+from simbench.evaluation.protocol_scores import SEGMENTS
 from simbench.evaluation.rules import find_rules
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
@@ -83,8 +84,9 @@ class RunResult:
         return f"{run.tracker} on {name}, seed {run.seed}: {run.reason}{where}"
 
     def _output(self, run: Any) -> Path:
+        passes = 1 if run.protocol == "ope" else SEGMENTS
         return self.folder.output(
-            _scenario_of(run), run.seed, run.tracker, run.repetition
+            _scenario_of(run), run.seed, run.tracker, run.repetition // passes
         )
 
 

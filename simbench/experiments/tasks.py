@@ -24,6 +24,7 @@ from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
 if TYPE_CHECKING:
+    from simbench.evaluation.protocols import Protocol, Segment
     from simbench.evaluation.scores import Scores
 
 __all__ = ["generate_sequence", "run_track", "score_track"]
@@ -95,24 +96,30 @@ def run_track(
 
 
 def score_track(
-    found: Track, sequence: Path, part: Path, report: ReportProgress
+    found: list[tuple[Segment, Track]],
+    sequence: Path,
+    part: Path,
+    protocol: Protocol,
+    report: ReportProgress,
 ) -> Scores:
-    """Score a track against the truth on disk and write its scores atomically.
+    """Score a run against the truth on disk and write its scores atomically.
 
     Parameters
     ----------
-    found : Track
+    found : list of (Segment, Track)
     sequence : Path
         Folder of the sequence.
     part : Path
         Folder for the scores.
+    protocol : Protocol
+        That the segments are of.
     report : callable
     """
     # here, so that a process that only tracks loads no table library
     from simbench.datasets.native import read_sequence
-    from simbench.evaluation.scores import score
+    from simbench.evaluation.protocol_scores import score_segments
 
-    scores = score(found, read_sequence(sequence))
+    scores = score_segments(found, read_sequence(sequence), protocol)
     with atomic_write_folder(part) as temporary:
         scores.write(temporary)
     return scores

@@ -11,6 +11,7 @@ import pytest
 from simbench.cli import bash_words, execute, names
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.formats import FORMATS
+from simbench.evaluation.protocols import PROTOCOLS
 from simbench.evaluation.rules import RULES
 from simbench.scenarios.files.library import list_scenarios
 from simbench.trackers.find_tracker import list_trackers
@@ -76,6 +77,7 @@ def test_names_agree_with_the_rooms_that_have_them() -> None:
     assert names.FORMATS == FORMATS
     assert names.CHANNELS == CHANNELS
     assert tuple(RULES) == names.RULES
+    assert names.PROTOCOLS == PROTOCOLS
     assert names.scenario_names() == list_scenarios()
     ours = [name for name in list_trackers() if not name.startswith("opencv:")]
     assert names.tracker_names() == ours

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from simbench.evaluation.explained import EXPLAINED
 from simbench.evaluation.failure_kinds import FAILURE_KINDS
+from simbench.evaluation.protocols import PROTOCOLS
 from simbench.evaluation.rules import RULES
 from simbench.evaluation.score_columns import KEYS, RUN_TYPES
 
@@ -19,5 +20,5 @@ def test_every_measure_has_a_line() -> None:
 
 def test_every_measure_rule_and_failure_is_in_the_documentation() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    for name in (*EXPLAINED, *RULES, *FAILURE_KINDS):
+    for name in (*EXPLAINED, *RULES, *FAILURE_KINDS, *PROTOCOLS):
         assert f"`{name}`" in page, name

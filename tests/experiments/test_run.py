@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -442,3 +443,43 @@ def test_frames_are_drawn_with_estimate_and_truth(
         left, top = round(4 * row[f"{prefix}left"]), round(4 * row[f"{prefix}top"])
         middle = top + round(2 * row[f"{prefix}height"])
         assert tuple(drawn[middle, left].tolist()) == colour
+
+
+@pytest.mark.parametrize(
+    ("protocol", "starts"),
+    [
+        pytest.param("tre", [0, 1, 2, 3, 4], id="tre"),
+        pytest.param("multistart", [0, 23], id="multistart"),
+        pytest.param("sre", [0] * 12, id="sre"),
+    ],
+)
+def test_protocol_starts_the_tracker_again_and_again(
+    folder: RunFolder, protocol: str, starts: list[int]
+) -> None:
+    request = replace(asked("Walk"), protocol=protocol)
+    scores, _ = run_request(request, folder)
+    assert scores.runs["start_frame"].tolist() == starts
+    assert scores.runs["repetition"].tolist() == list(range(len(starts)))
+    assert set(scores.runs["status"]) == {"ok"}
+    assert scores.runs["frames"].sum() == len(scores.frames)
+    assert scores.runs["track_seed"].nunique() == len(starts)
+
+
+def test_tracker_that_fails_is_restarted_and_a_second_call_finds_it(
+    folder: RunFolder,
+) -> None:
+    request = replace(asked("Raise"), protocol="restart")
+    scores, _ = run_request(request, folder)
+    # it raises in its third update, and is started again five frames later
+    assert scores.runs["start_frame"].tolist() == [0, 8, 16]
+    assert set(scores.runs["failure_kind"]) == {"raised"}
+    parts = {path: path.stat().st_mtime_ns for path in folder.parts.iterdir()}
+    again, _ = run_request(request, folder)
+    assert_frame_equal(again.runs, scores.runs)
+    assert {p: p.stat().st_mtime_ns for p in folder.parts.iterdir()} == parts
+
+
+def test_folder_holds_one_protocol(copied: RunFolder) -> None:
+    request = replace(asked("Walk"), protocol="tre")
+    with pytest.raises(DatasetError, match="by the protocol ope, got tre"):
+        run_experiment(request, copied.path, command="")
