@@ -36,7 +36,6 @@ SCORE_COLUMNS: Final = {
     "precision_20": ("precision", "{:.3f}"),
     "success_50": ("success", "{:.3f}"),
     "success_auc": ("area", "{:.3f}"),
-    "average_overlap": ("AO", "{:.3f}"),
     "center_error_px": ("error", "{:.1f}"),
     "particles_mean": ("particles", "{:.0f}"),
     "fps": ("fps", "{:.0f}"),
@@ -98,8 +97,7 @@ def score_table(scores: Scores) -> Table:
 
     caption = (
         "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
-        "success curve, average overlap (AO), error in px at the centre, particles per "
-        "frame, frames/s"
+        "success curve, error in px at the centre, particles per frame, frames/s"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in SCORE_COLUMNS.values():

@@ -17,12 +17,12 @@ _HEADINGS = (
     "scenario",
     "seed",
     "tracker",
-    "repetition",
+    "rep.",
     "frame",
     "time",
     "overlap",
     "visible",
-    "confidence",
+    "conf.",
     "failure",
 )
 

@@ -116,8 +116,8 @@ def print_protocol(console: Console, scores: Scores) -> None:
         headings = ("scenario", "tracker", "accuracy", "robustness", "failures", "EAO")
         rows = [
             (
-                "@".join(filter(None, (row.scenario, row.variant))),
-                row.tracker,
+                "@".join(filter(None, (str(row.scenario), str(row.variant)))),
+                str(row.tracker),
                 f"{row.accuracy:.3f}",
                 f"{row.robustness:.3f}",
                 f"{row.failures:.1f}",

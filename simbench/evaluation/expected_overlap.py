@@ -118,10 +118,8 @@ def restart_curve(segments: Sequence[RunBoxes]) -> _Floats:
         counts[row, : longest if has_failed else len(overlap)] = 1.0
     means = rows.copy()
     means[:, 1:] = np.cumsum(rows[:, 1:], axis=1) / np.arange(1, longest)
-    total = counts.sum(axis=0)
-    return np.divide(
-        (means * counts).sum(axis=0), total, out=np.zeros(longest), where=total > 0
-    )
+    total = counts.sum(axis=0)  # at least 1: the longest counts everywhere
+    return np.asarray((means * counts).sum(axis=0) / total)
 
 
 def multistart_scores(

@@ -6,6 +6,7 @@ from collections.abc import Sequence as Listed
 from dataclasses import asdict
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 
 from simbench.core.sequence import Sequence
@@ -41,6 +42,8 @@ def score_segments(
 ) -> Scores:
     """Return the scores of one run by a protocol: a row for each segment.
 
+    Frames have the numbers that they have in the sequence.
+
     Parameters
     ----------
     done : sequence of (Segment, Track)
@@ -55,12 +58,15 @@ def score_segments(
         is_whole = segment.order == range(len(sequence))
         part = sequence if is_whole else sub_sequence(sequence, segment.order, times_s)
         one = score(track, part)
+        order = np.array(segment.order)
+        first = one.runs["failure_frame"].iloc[0]
         runs = one.runs.assign(
             protocol=protocol,
             start_frame=segment.order[0],
             variation=segment.variation,
-        )
-        parts.append(Scores(runs, one.frames))
+            failure_frame=first if pd.isna(first) else order[first],
+        ).astype({"failure_frame": "Int64"})
+        parts.append(Scores(runs, one.frames.assign(frame=order)))
     return Scores.concat(parts)
 
 

@@ -90,7 +90,9 @@ def sub_sequence(
     step[1:] = np.linalg.norm(np.diff(centers, axis=0), axis=1)
     vehicles = truth.vehicles
     by_frame = getattr(sequence, "attributes", {})
-    labelled = {"attributes": {k: v[rows] for k, v in by_frame.items()}}
+    labelled: dict[str, Any] = {
+        "attributes": {name: flags[rows] for name, flags in by_frame.items()}
+    }
     picked: dict[str, Any] = {
         "displacement_px": step,
         "vehicles": vehicles and _rows_of(vehicles, rows),

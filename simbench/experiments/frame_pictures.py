@@ -23,6 +23,7 @@ from simbench.scenarios.schema import Scenario
 __all__ = ["draw_frame", "write_frame_pictures"]
 
 _LEAST_WIDTH_PX: Final = 640
+_LINE_PX: Final = 24
 _WHITE, _RED, _BLACK = (255, 255, 255), (230, 60, 40), (0, 0, 0)  # RGB
 
 
@@ -93,7 +94,7 @@ def draw_frame(image: NDArray[np.uint8], row: dict[Any, Any]) -> NDArray[np.uint
     drawn = image.repeat(factor, axis=0).repeat(factor, axis=1)
     for prefix, colour in (("truth_", _WHITE), ("", _RED)):
         sides = [row[f"{prefix}{side}"] for side in ("left", "top", "width", "height")]
-        for grown, shade in ((3, _BLACK), (1, colour)):
+        for grown, shade in ((4, _BLACK), (2, colour)):
             _rectangle(drawn, np.array(sides, np.float64) * factor, shade, grown)
     known = [("overlap", row["overlap"]), ("visible", row["visible_fraction"])]
     known.append(("confidence", row["confidence"]))
@@ -102,10 +103,17 @@ def draw_frame(image: NDArray[np.uint8], row: dict[Any, Any]) -> NDArray[np.uint
         [f"{row['tracker']}, frame {row['frame']}", *parts, row["failure"]]
     )
     ascii_text = text.encode("ascii", "replace").decode()
-    for grown, shade in ((3, _BLACK), (1, _WHITE)):
-        cv2.putText(
-            drawn, ascii_text, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.5, shade, grown
-        )
+    drawn[:_LINE_PX] //= 4  # so that the text can be read
+    cv2.putText(
+        drawn,
+        ascii_text,
+        (6, 17),
+        cv2.FONT_HERSHEY_SIMPLEX,
+        0.5,
+        _WHITE,
+        1,
+        cv2.LINE_AA,
+    )
     return drawn
 
 

@@ -126,7 +126,7 @@ def test_restart_waits_until_the_target_is_there() -> None:
     sequence = long_sequence(60)
     boxes = sequence.truth.boxes.copy()
     boxes[14:20] = np.nan
-    absent = np.isnan(boxes).any(axis=1)
+    absent = np.isnan(boxes[:, 0])
     visible = np.where(np.arange(60) == 20, 0.0, 1.0)
     gone = replace(sequence.truth, boxes=boxes, absent=absent, visible_fraction=visible)
     assert starts(play("restart", replace(sequence, truth=gone), {10: 1})) == [0, 21]
@@ -136,7 +136,7 @@ def test_absent_target_is_no_failure() -> None:
     sequence = long_sequence(30)
     boxes = sequence.truth.boxes.copy()
     boxes[14:20] = np.nan
-    absent = np.isnan(boxes).any(axis=1)
+    absent = np.isnan(boxes[:, 0])
     gone = replace(sequence.truth, boxes=boxes, absent=absent)
     assert starts(play("restart", replace(sequence, truth=gone))) == [0]
 
@@ -198,6 +198,8 @@ def test_segments_are_rows_of_one_run() -> None:
     assert scores.runs["start_frame"].tolist() == [0, 15]
     assert scores.runs["frames"].tolist() == [60, 45]
     assert set(scores.runs["protocol"]) == {"restart"}
+    assert scores.frames["frame"].tolist() == [*range(60), *range(15, 60)]
+    assert scores.runs["failure_frame"].fillna(-1).tolist() == [10, -1]
     table = protocol_table(scores)
     assert table is not None
     (row,) = table.to_dict("records")
