@@ -15,6 +15,7 @@ from simbench.evaluation.rules import RULES
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, tables
+from simbench.report.diagnosis_figures import calibration_curves, held_curves
 from simbench.report.palette import Style, tracker_styles
 from simbench.report.pictures import animation, stills
 from simbench.report.sections import ReportSection, split_scores, tracker_labels
@@ -150,6 +151,8 @@ def _chapter(
             "curves": {
                 "success": figures.success(section, styles),
                 "precision": figures.precision(section, styles),
+                "held": held_curves(section, styles),
+                "calibration": calibration_curves(section, styles),
             },
             "by_frame": by_frame,
             "player": player,
