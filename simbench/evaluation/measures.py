@@ -4,7 +4,8 @@ Frame rule, for every share and every curve here: frame 0 is the box the tracker
 given and is not scored; frames in which the target is absent are not scored, but
 counted; a frame without an estimate (NaN, after a failure) is a miss: overlap 0,
 centre error infinite. Shares are over the scored frames of one run, and are averaged
-over runs afterwards, each run counting once. Frame 0 and absent frames are thus
+over runs afterwards, each run counting once. `simbench.evaluation.rules` has those of
+toolkits. Frame 0 and absent frames are thus
 treated as in GOT-10k; the OTB toolkits (got10k ``ExperimentOTB``, pysot, pytracking)
 also count frame 0 as a hit, and pytracking and pysot divide by all frames, absent
 ones included.

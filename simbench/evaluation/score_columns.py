@@ -125,7 +125,13 @@ FRAME_TYPES: Final = {
 
 def typed(table: pd.DataFrame, types: Mapping[str, str]) -> pd.DataFrame:
     """Return the table with the columns named in ``types`` cast to these types."""
-    return table.astype({name: kind for name, kind in types.items() if name in table})
+    found = {str(name): str(kind) for name, kind in table.dtypes.items()}
+    other = {
+        name: kind
+        for name, kind in types.items()
+        if name in found and found[name] != kind
+    }
+    return table.astype(other) if other else table
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:

@@ -67,13 +67,17 @@ class Scores:
         estimate), ``norm_precision_area``, ``center_error_median_px`` (over all scored
         frames, infinite where most were lost), ``seconds_init``, ``seconds_p95`` (of
         one update), ``seconds_total`` (with initialisation), ``track_seed``,
-        ``digest``, ``traffic_redraws``.
+        ``digest``, ``traffic_redraws``, ``rules``, ``protocol``, and what
+        `simbench.evaluation.explained.EXPLAINED` says in a line for each.
     frames : DataFrame
         One row per frame of a run: the same five keys, ``frame``, ``time_s``, the
         estimate ``left, top, width, height`` [px], ``confidence``, ``particles``,
         ``seconds``, ``center_error_px``, ``norm_center_error``, ``overlap``,
         ``truth_left, truth_top, truth_width, truth_height`` [px],
-        ``visible_fraction``, ``absent``, ``occluder``, ``scored``.
+        ``visible_fraction``, ``absent``, ``occluder``, ``scored``, ``said_absent``,
+        ``failure`` (see `simbench.evaluation.failure_kinds`), the attributes of
+        `simbench.evaluation.attributes` (<NA> where unknown), ``position_error_m``,
+        ``speed_kmh``, ``truth_speed_kmh``.
 
     Examples
     --------
@@ -355,8 +359,10 @@ def _plain(keys: Iterable[Any]) -> tuple[Any, ...]:
 
 
 def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:
-    table = typed(pd.DataFrame([row]), RUN_TYPES)
-    return table[_run_order(table.columns)]
+    order = _run_order(row)
+    return pd.DataFrame(
+        {name: pd.Series([row[name]], dtype=RUN_TYPES.get(name)) for name in order}
+    )
 
 
 def _run_order(columns: Iterable[str]) -> list[str]:
