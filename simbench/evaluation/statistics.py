@@ -1,7 +1,8 @@
-"""Statistics of scores over seeds: spread, confidence intervals, curves.
+"""Statistics of scores over scenario instances: spread, intervals, curves.
 
-Seeds are the independent samples: repetitions on one seed are averaged first, since
-they share the sequence and would make the spread seem smaller than it is.
+Scenario instances (scenario, variant and seed) are the independent samples: repetitions
+on one are averaged first, since they share the sequence and would make the spread seem
+smaller than it is.
 """
 
 from __future__ import annotations
@@ -15,14 +16,20 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr, stdtrit
 
+from simbench.evaluation.intervals import (
+    LEAST_COUNT,
+    share_interval,
+    student_interval,
+)
+
 __all__ = [
     "GROUP",
     "Curve",
     "Spread",
     "bootstrap_counts",
-    "bootstrap_interval",
     "curve",
     "expanded_levels",
+    "is_share",
     "seed_means",
     "spread",
     "summary",
@@ -31,6 +38,8 @@ __all__ = [
 GROUP: Final = ("scenario", "variant", "tracker")
 
 _SPREAD_COLUMNS: Final = ("mean", "sd", "min", "max", "low", "high")
+_UNBOUNDED: Final = ("fps", "particles", "seconds", "frames", "center_error")
+_UNITS: Final = ("_px", "_s", "_m", "_kmh", "_frames")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +53,8 @@ class Spread:
     sd : float
         Sample standard deviation (n - 1); NaN if ``count`` is below 2.
     low, high : float
-        Confidence interval of the mean; NaN if ``count`` is below 2.
+        Confidence interval of the mean; NaN if ``count`` is below
+        `simbench.evaluation.intervals.LEAST_COUNT`: too few for one.
     count : int
         Number of values that were not NaN.
     """
@@ -58,29 +68,30 @@ class Spread:
     count: int
 
 
-def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
+def spread(
+    values: ArrayLike, *, level: float = 0.95, is_bounded: bool = False
+) -> Spread:
     """Return mean, standard deviation, range and confidence interval of values.
 
     Parameters
     ----------
     values : (n,) float
-        One for each seed; NaN is ignored.
+        One for each scenario instance; NaN is ignored.
     level : float, in (0, 1)
         Coverage of the interval.
+    is_bounded : bool
+        Whether the values are shares in [0, 1]. Then the interval is that of
+        `simbench.evaluation.intervals.share_interval`, else Student's.
 
     Returns
     -------
     Spread
-        The interval is Student's t: mean plus or minus the quantile of t with n - 1
-        degrees of freedom times the standard error. With the three to twenty seeds of
-        a run its coverage is right where that of a plain bootstrap would be far too
-        low. It may reach outside [0, 1] for shares.
 
     Examples
     --------
-    >>> found = spread([1.0, 2.0, 3.0])
-    >>> found.mean, found.sd, found.count, round(found.high, 3)
-    (2.0, 1.0, 3, 4.484)
+    >>> found = spread([0.8, 1.0, 0.9, 0.9, 0.9], is_bounded=True)
+    >>> round(found.mean, 3), found.count, round(found.low, 2), round(found.high, 2)
+    (0.9, 5, 0.78, 0.99)
     """
     known = np.asarray(values, dtype=np.float64)
     known = known[~np.isnan(known)]
@@ -92,41 +103,22 @@ def spread(values: ArrayLike, *, level: float = 0.95) -> Spread:
     if count == 1 or not np.isfinite(mean):
         return Spread(mean, nan, least, most, nan, nan, count)
     sd = float(known.std(ddof=1))
-    half = float(stdtrit(count - 1, 0.5 + level / 2.0)) * sd / float(np.sqrt(count))
-    return Spread(mean, sd, least, most, mean - half, mean + half, count)
+    if count < LEAST_COUNT:
+        return Spread(mean, sd, least, most, nan, nan, count)
+    interval = share_interval if is_bounded else student_interval
+    low, high = interval(known, level)
+    return Spread(mean, sd, least, most, float(low), float(high), count)
 
 
-def bootstrap_interval(
-    values: ArrayLike,
-    rng: np.random.Generator,
-    *,
-    level: float = 0.95,
-    samples: int = 1000,
-) -> tuple[float, float]:
-    """Return a bootstrap interval of the mean of values, which is within their range.
+def is_share(measure: str) -> bool:
+    """Return whether a measure is a share in [0, 1], by its name.
 
-    Parameters
-    ----------
-    values : (n,) float
-        One for each seed; NaN is ignored.
-    rng : numpy.random.Generator
-    level : float, in (0, 1)
-        Coverage, at the quantiles of `expanded_levels`.
-    samples : int
-        Bootstrap samples.
-
-    Returns
-    -------
-    low, high : float
-        NaN for fewer than two values.
+    Examples
+    --------
+    >>> is_share("success_50"), is_share("center_error_px"), is_share("fps")
+    (True, False, False)
     """
-    known = np.asarray(values, dtype=np.float64)
-    known = known[~np.isnan(known)]
-    if len(known) < 2:
-        return float("nan"), float("nan")
-    means = bootstrap_counts(len(known), samples, rng) @ known / len(known)
-    low, high = np.quantile(means, expanded_levels(len(known), level))
-    return float(low), float(high)
+    return not measure.startswith(_UNBOUNDED) and not measure.endswith(_UNITS)
 
 
 def bootstrap_counts(
@@ -219,7 +211,9 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
         row["runs"] = len(group)
         row["failed"] = int((group["status"] != "ok").sum())
         for measure in measures:
-            *values, _ = astuple(spread(seeds[measure]))
+            known = seeds[measure]
+            bounded = is_share(measure) and bool(known.dropna().between(0, 1).all())
+            *values, _ = astuple(spread(known, is_bounded=bounded))
             names = (f"{measure}.{part}" for part in _SPREAD_COLUMNS)
             row |= zip(names, values, strict=True)
         rows.append(row)

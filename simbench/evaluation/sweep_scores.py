@@ -12,7 +12,7 @@ import pandas as pd
 
 from simbench.evaluation.breaking_point import breaking_point
 from simbench.evaluation.score_columns import read_table, write_table
-from simbench.evaluation.statistics import bootstrap_interval, seed_means
+from simbench.evaluation.statistics import is_share, seed_means, spread
 from simbench.evaluation.sweep_axes import Sweep, is_harder_upwards, is_off
 
 __all__ = ["MEASURES", "SweepScores", "sweep_scores"]
@@ -31,7 +31,7 @@ _POINT_TYPES: Final = {
     **{
         f"{measure}.{statistic}": "float64"
         for measure in MEASURES
-        for statistic in ("mean", "low", "high")
+        for statistic in ("mean", "low", "high", "min", "max")
     },
 }
 _DIAL_COLUMNS: Final = ("requested.{}", "achieved.{}") + tuple(
@@ -64,8 +64,8 @@ class SweepScores:
         where the achieved value is unknown); the numbers of ``seeds`` with a sequence,
         of those ``off`` a dial by more than the tolerance, and of those with a
         ``missing`` sequence, with the ``reason``; then, for each of `MEASURES`, the
-        mean over seeds ``<measure>.mean`` and its bootstrap interval ``.low`` and
-        ``.high``, NaN where unknown.
+        mean over seeds ``<measure>.mean``, its interval ``.low`` and ``.high`` (NaN
+        where there are too few seeds for one), and the range ``.min`` and ``.max``.
     breaking : DataFrame
         One row per tracker and, if there is a second dial, value of it: the fields of
         `simbench.evaluation.breaking_point.BreakingPoint` for the first dial; ``dial``,
@@ -140,7 +140,9 @@ def sweep_scores(
     for tracker, rows in by_seed.groupby("tracker", sort=False):
         by_variant = dict(list(rows.groupby("variant", sort=False)))
         for variant, shared in facts.items():
-            means = _means(by_variant[variant], rng)
+            if variant not in by_variant:  # refined for other trackers
+                continue
+            means = _means(by_variant[variant])
             points.append({"tracker": tracker, "variant": variant, **shared, **means})
         breaking += _breaking_points(str(tracker), rows, sweep, rng)
     return SweepScores(
@@ -193,13 +195,13 @@ def _sequence_facts(
     }
 
 
-def _means(rows: pd.DataFrame, rng: np.random.Generator) -> dict[str, float]:
+def _means(rows: pd.DataFrame) -> dict[str, float]:
     means = {}
     for measure in MEASURES:
-        low, high = bootstrap_interval(rows[measure], rng)
-        means[f"{measure}.mean"] = float(rows[measure].mean())
-        means[f"{measure}.low"] = low
-        means[f"{measure}.high"] = high
+        over = spread(rows[measure], is_bounded=is_share(measure))
+        means[f"{measure}.mean"] = over.mean
+        means[f"{measure}.low"], means[f"{measure}.high"] = over.low, over.high
+        means[f"{measure}.min"], means[f"{measure}.max"] = over.minimum, over.maximum
     return means
 
 
@@ -212,11 +214,13 @@ def _breaking_points(
     for other, group in groups:
         if len(group) == 0:
             continue
+        steps = group.groupby(f"requested.{dial}")[f"achieved.{dial}"].mean()
         found = breaking_point(
             group[f"achieved.{dial}"].to_numpy(np.float64),
             group["success_50"].to_numpy(np.float64),
             group["seed"].to_numpy(np.int64),
             rng,
             is_harder_upwards=is_harder_upwards(dial),
+            steps=np.unique(steps.to_numpy(np.float64)),
         )
         yield {"tracker": tracker, "dial": dial, "other": other, **asdict(found)}

@@ -10,9 +10,15 @@ from numpy.testing import assert_allclose
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
+from simbench.evaluation.intervals import (
+    describe_interval,
+    share_interval,
+    student_interval,
+)
 from simbench.evaluation.measures import success_curve
 from simbench.evaluation.scores import Scores, score, score_failure
 from simbench.evaluation.statistics import curve, seed_means, spread, summary
+from tests.statistics.intervals import CASES, Case, coverage
 
 
 def track_lost_from(sequence: Sequence, frame: int) -> Track:
@@ -30,11 +36,63 @@ def scored(sequence: Sequence, seed: int | None, lost: int, again: int = 0) -> S
     return score(replace(track, tracker="mine", repetition=again), seeded)
 
 
-def test_spread_of_one_two_three() -> None:
-    over = spread([1.0, 2.0, 3.0])
-    assert (over.mean, over.sd, over.minimum, over.maximum) == (2.0, 1.0, 1.0, 3.0)
-    # Student's t for 2 degrees of freedom at 97.5 % is 4.303.
-    assert (over.low, over.high) == pytest.approx((-0.484, 4.484), abs=1e-3)
+def test_spread_of_five_values_has_students_interval() -> None:
+    over = spread([1.0, 2.0, 3.0, 4.0, 5.0])
+    assert (over.mean, over.minimum, over.maximum) == (3.0, 1.0, 5.0)
+    assert over.sd == pytest.approx(np.sqrt(2.5))
+    # Student's t for 4 degrees of freedom at 97.5 % is 2.776.
+    assert (over.low, over.high) == pytest.approx((1.037, 4.963), abs=1e-3)
+
+
+@pytest.mark.parametrize("bounded", [False, True])
+def test_spread_of_four_values_has_a_range_and_no_interval(bounded: bool) -> None:
+    over = spread([0.1, 0.2, 0.3, 0.4], is_bounded=bounded)
+    assert (over.minimum, over.maximum, over.count) == (0.1, 0.4, 4)
+    assert np.isnan([over.low, over.high]).all()
+    parts = over.low, over.high, over.minimum, over.maximum
+    assert describe_interval(*parts, 1) == "n too small, 0.1 to 0.4"
+
+
+def test_interval_of_shares_stays_within_zero_and_one() -> None:
+    over = spread([1.0, 1.0, 1.0, 1.0, 0.6], is_bounded=True)
+    assert 0.0 < over.low < over.mean < over.high <= 1.0
+
+
+def test_interval_of_perfect_shares_is_not_a_point() -> None:
+    low, high = share_interval(np.ones(5))
+    assert float(low) == pytest.approx(0.923, abs=1e-3)
+    assert high == 1.0
+
+
+def test_interval_of_shares_around_one_half_is_students() -> None:
+    values = np.array([0.4, 0.5, 0.6, 0.45, 0.55, 0.5, 0.52, 0.48])
+    ours, theirs = share_interval(values), student_interval(values)
+    assert ours == pytest.approx(theirs, rel=1e-2)
+
+
+def test_interval_of_shares_mirrors_that_of_misses(rng: np.random.Generator) -> None:
+    values = rng.beta(5.0, 0.5, size=(20, 7))
+    low, high = share_interval(values)
+    missed_low, missed_high = share_interval(1.0 - values)
+    assert_allclose(low, 1.0 - missed_high, atol=1e-9)
+    assert_allclose(high, 1.0 - missed_low, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "repeats", [1_000, pytest.param(20_000, marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize("count", [5, 10, 20])
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_interval_of_a_mean_covers_it_and_is_not_wide(
+    case: Case, count: int, repeats: int
+) -> None:
+    # required: 93 % for normal scores, 88 % for skewed ones; 1,000 repeats have a
+    # standard error of at most 1.1 %, of which three are allowed
+    found = coverage(case, count, repeats, share_interval)
+    margin = 3.0 * np.sqrt(case.required * (1.0 - case.required) / repeats)
+    assert found.coverage >= case.required - (margin if repeats < 20_000 else 0.0)
+    if count >= 10:
+        assert found.width <= 1.6  # of Student's
 
 
 def test_spread_ignores_nan() -> None:
@@ -57,16 +115,6 @@ def test_spread_with_an_infinite_value_has_no_interval() -> None:
     over = spread([1.0, np.inf])
     assert over.mean == np.inf
     assert np.isnan([over.sd, over.low]).all()
-
-
-def test_interval_covers_the_mean_at_its_level(
-    rng: np.random.Generator,
-) -> None:
-    # 2000 samples of 4 normal values: the share covered is 0.95 with a standard error
-    # of sqrt(0.95 * 0.05 / 2000) = 0.005; four of these are 0.02.
-    over = [spread(values) for values in rng.normal(size=(2000, 4))]
-    covered = np.mean([one.low <= 0.0 <= one.high for one in over])
-    assert covered == pytest.approx(0.95, abs=0.02)
 
 
 def test_repetitions_are_averaged_before_seeds_are_counted(tiny: Sequence) -> None:

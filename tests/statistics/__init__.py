@@ -1,0 +1,1 @@
+"""Simulations of the statistics: coverage, power, false alarms; see ``__main__``."""
