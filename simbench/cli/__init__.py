@@ -21,6 +21,7 @@ from simbench import __version__
 from simbench.cli import (
     catalogue,
     check,
+    compare,
     describe,
     frames,
     generate,
@@ -52,6 +53,7 @@ app.command("run")(run.run)
 app.command("sweep")(sweep.sweep)
 app.command("generate")(generate.generate)
 app.command("check")(check.check)
+app.command("compare")(compare.compare)
 app.command("report")(run.report)
 app.command("frames")(frames.frames)
 app.command("list")(describe.list_all)

@@ -18,6 +18,7 @@ from simbench.cli.time_left import TimeLeft, duration
 from simbench.core.text import printable
 
 if TYPE_CHECKING:
+    from simbench.evaluation.comparison import Contest
     from simbench.evaluation.scores import Scores
     from simbench.runtime.run_jobs import Progress as ReportProgress
 
@@ -41,6 +42,12 @@ SCORE_COLUMNS: Final = {
     "fps": ("fps", "{:.0f}"),
 }
 """Measures of the score table, with their headings and number formats."""
+_BETTER: Final = {
+    "precision_20": 1,
+    "success_50": 1,
+    "success_auc": 1,
+    "center_error_px": -1,
+}
 
 _TABLE: Final[dict[str, Any]] = {
     "box": SIMPLE_HEAD,
@@ -92,29 +99,60 @@ def interruptible(hint: str) -> Iterator[None]:
 
 
 def score_table(scores: Scores) -> Table:
-    """Return means over seeds as a table, one row a scenario, variant and tracker."""
+    """Return means over instances as a table, one row a scenario and tracker.
+
+    Shares have their interval on a second line; bold means that no other tracker is
+    shown to be better.
+    """
+    from simbench.evaluation.comparison import contest, instance_table
+    from simbench.evaluation.intervals import LEAST_COUNT
+    from simbench.evaluation.paired import LEAST_PAIRS
     from simbench.evaluation.statistics import summary
 
     caption = (
         "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
-        "success curve, error in px at the centre, particles per frame, frames/s"
+        "success curve, error in px at the centre, particles per frame, frames/s\n"
+        f"below: 95 % interval of the mean, or with fewer than {LEAST_COUNT} seeds "
+        '"n too small" and the range\n'
+        f"bold: no other is shown to be better (from {LEAST_PAIRS} seeds on); = : does "
+        "not discriminate, as 'still' ties the best"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in SCORE_COLUMNS.values():
         table.add_column(title, justify="right")
     means = summary(scores.runs, list(SCORE_COLUMNS))
-    last = None
-    for _, row in means.iterrows():
-        name = "@".join(filter(None, (row["scenario"], row["variant"])))
-        if last not in (None, name):
+    for place, rows in means.groupby(["scenario", "variant"], sort=False):
+        if len(table.rows):
             table.add_section()
-        last = name
-        cells = [
-            _number(row[f"{measure}.mean"], form)
-            for measure, (_, form) in SCORE_COLUMNS.items()
-        ]
-        table.add_row(_cell(name), _cell(row["tracker"]), *cells)
+        name = "@".join(filter(None, map(str, place)))
+        runs = scores.runs
+        of_place = runs[(runs["scenario"] == place[0]) & (runs["variant"] == place[1])]
+        contests = {
+            measure: contest(instance_table(of_place, measure), _BETTER.get(measure, 0))
+            for measure in SCORE_COLUMNS
+        }
+        for _, row in rows.iterrows():
+            cells = [
+                _score_cell(row, measure, contests[measure])
+                for measure in SCORE_COLUMNS
+            ]
+            table.add_row(_cell(name), _cell(row["tracker"]), *cells)
     return table
+
+
+def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
+    """Return a mean with its interval; bold if no other is shown to be better."""
+    from simbench.evaluation.intervals import describe_interval
+    from simbench.evaluation.statistics import is_share
+
+    is_best = row["tracker"] in contest.best
+    number = _number(row[f"{measure}.mean"], SCORE_COLUMNS[measure][1])
+    cell = Text(number + ("=" if contest.is_flat else ""), "bold" if is_best else "")
+    parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
+    interval = describe_interval(*parts, 2) if is_share(measure) else ""
+    if interval:
+        cell.append("\n" + interval.replace(", ", "\n", interval.count("small")), "dim")
+    return cell
 
 
 def print_table(

@@ -13,6 +13,7 @@ import math
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextvars import ContextVar
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, TextIO
 
 import typer
@@ -27,7 +28,13 @@ if TYPE_CHECKING:
 
 __all__ = ["VERSIONS", "Json", "check_facts", "doctor_facts", "run_facts", "write_json"]
 
-VERSIONS: Final[Mapping[str, int]] = {"list": 1, "run": 1, "doctor": 1, "check": 1}
+VERSIONS: Final[Mapping[str, int]] = {
+    "list": 1,
+    "run": 1,
+    "doctor": 1,
+    "check": 2,
+    "compare": 1,
+}
 """Version of each command's document: it grows when a key changes or goes."""
 
 _stdout: ContextVar[TextIO | None] = ContextVar("stdout", default=None)
@@ -77,6 +84,7 @@ def run_facts(result: RunResult) -> dict[str, Any]:
         "scores": [
             {key: row[key] for key in keys}
             | {measure: row[f"{measure}.mean"] for measure in SCORE_COLUMNS}
+            | {"instances": row["seeds"], "intervals": _intervals(row)}
             for _, row in means.iterrows()
         ],
         "failures": result.failures,
@@ -84,17 +92,38 @@ def run_facts(result: RunResult) -> dict[str, Any]:
     }
 
 
-def check_facts(checks: Iterable[Check]) -> dict[str, Any]:
-    """Return what ``check`` prints: every number compared, and how many failed."""
+def _intervals(row: Any) -> dict[str, Any]:
+    """Return the interval and range of each measure; no interval for few instances."""
+    from simbench.cli.display import SCORE_COLUMNS
+
+    return {
+        measure: {
+            part: row[f"{measure}.{part}"] for part in ("low", "high", "min", "max")
+        }
+        for measure in SCORE_COLUMNS
+    }
+
+
+def check_facts(
+    checks: Iterable[Check],
+    changed: Mapping[str, tuple[str, str]],
+    videos: Mapping[str, Path],
+) -> dict[str, Any]:
+    """Return what ``check`` prints: every comparison, and how many failed."""
     listed = list(checks)
-    names = ("scenario", "variant", "tracker", "measure", "baseline", "tolerance")
+    names = ("scenario", "variant", "tracker", "measure", "baseline", "current", "p")
     return {
         "checks": [
-            {name: getattr(check, name) for name in (*names, "current", "verdict")}
+            {name: getattr(check, name) for name in (*names, "pairs", "verdict")}
             | {"passed": check.passed, "message": check.message}
             for check in listed
         ],
         "failed": sum(not check.passed for check in listed),
+        "environment": {
+            name: {"baseline": before, "current": now}
+            for name, (before, now) in changed.items()
+        },
+        "videos": {tracker: str(path) for tracker, path in videos.items()},
     }
 
 

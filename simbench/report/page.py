@@ -11,11 +11,15 @@ import plotly.offline
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.explained import EXPLAINED
+from simbench.evaluation.intervals import LEAST_COUNT
+from simbench.evaluation.paired import LEAST_PAIRS
+from simbench.evaluation.particle_economy import particle_economy
 from simbench.evaluation.rules import RULES
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
 from simbench.report import figures, tables
 from simbench.report.diagnosis_figures import calibration_curves, held_curves
+from simbench.report.economy import economy_figure, economy_rows
 from simbench.report.palette import Style, tracker_styles
 from simbench.report.pictures import animation, stills
 from simbench.report.sections import ReportSection, split_scores, tracker_labels
@@ -69,6 +73,8 @@ def write_report(
     sections = split_scores(scores, run)
     labels = tracker_labels(scores, run)
     styles = tracker_styles(labels)
+    specs = {one.get("label"): one.get("spec", "") for one in run.get("trackers", ())}
+    economy = particle_economy(scores.runs, specs) if swept is None else None
     by_key = {(one.name, one.variant, one.seed): one for one in sequences}
     shown = [_first_sequence(section, by_key) for section in sections]
     sweep, chapters = None, []
@@ -105,8 +111,13 @@ def write_report(
         ],
         styles=styles,
         overall=tables.overall_rows(sections, labels),
+        overall_notes=tables.overall_notes(sections),
+        economy=economy_rows(economy) if economy else [],
+        economy_figure=economy_figure(economy, styles) if economy else "",
         failures=tables.failure_rows(scores.runs),
         run_count=len(scores.runs),
+        least_count=LEAST_COUNT,
+        least_pairs=LEAST_PAIRS,
         score_columns=tables.SCORE_COLUMNS,
         diagnosis_columns=tables.DIAGNOSIS_COLUMNS,
         explained=EXPLAINED,
@@ -143,6 +154,7 @@ def _chapter(
         "stills": stills(sequence) if sequence is not None else [],
         "scores": tables.score_rows(section),
         "diagnosis": tables.diagnosis_rows(section),
+        "column_notes": tables.column_notes(section),
         "dials": tables.dial_rows(section),
         "failures": tables.failure_rows(section.runs),
         "has_particles": any(one["particles"] for one in by_frame.values()),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, TypeAlias
 
+from simbench.evaluation.intervals import describe_interval
 from simbench.evaluation.sweep_axes import is_harder_upwards
 from simbench.evaluation.sweep_scores import SweepScores
 
@@ -68,7 +69,9 @@ def describe_breaking_point(row: Any) -> str:
     least, most = _dial(row.range_low), _dial(row.range_high)
     low = f"under {least}" if math.isinf(row.low) else _dial(row.low)
     high = f"above {most}" if math.isinf(row.high) else _dial(row.high)
-    interval = "" if math.isnan(row.low) else f" ({low} to {high})"
+    interval = f" ({low} to {high})"
+    if math.isnan(row.low):
+        interval = " (n too small)"
     if row.state == "within":
         return f"{_dial(row.value)}{interval}"
     # A tracker that stays above one half breaks at a harder value, higher or lower.
@@ -102,9 +105,9 @@ def notes(swept: SweepScores) -> list[str]:
 
 
 def _mean_and_interval(row: Any, measure: str) -> str:
-    mean, low, high = (row[f"{measure}.{part}"] for part in ("mean", "low", "high"))
-    interval = "" if math.isnan(low) else f" [{low:.2f}, {high:.2f}]"
-    return f"{_number(mean, '.2f')}{interval}"
+    parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
+    mean = _number(row[f"{measure}.mean"], ".2f")
+    return f"{mean} {describe_interval(*parts, 2)}".rstrip()
 
 
 def _dial_cell(row: Any, dial: str) -> str:

@@ -9,6 +9,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from simbench.evaluation.comparison import Contest, contest, instance_table
+from simbench.evaluation.intervals import describe_interval
 from simbench.evaluation.statistics import spread, summary
 from simbench.report.sections import ReportSection, rows_of_seed
 from simbench.report.text import count, fixed, percent, scenario_name, seed_name
@@ -17,9 +19,11 @@ __all__ = [
     "DIAGNOSIS_COLUMNS",
     "SCORE_COLUMNS",
     "Cell",
+    "column_notes",
     "diagnosis_rows",
     "dial_rows",
     "failure_rows",
+    "overall_notes",
     "overall_rows",
     "score_rows",
     "sequence_rows",
@@ -33,16 +37,17 @@ class Cell:
     Attributes
     ----------
     mean : str
-    sd : str
-        Standard deviation over seeds; empty where there is none.
+    interval : str
+        Of the mean, in brackets; "n too small" and the range where there are too few
+        instances for one, empty where there is none.
     is_best : bool
-        Whether no other tracker of the column has a better mean.
+        Whether no other tracker of the column is shown to be better.
     level : float, in [0, 1]
         Strength of the tint; 0 for none.
     """
 
     mean: str
-    sd: str = ""
+    interval: str = ""
     is_best: bool = False
     level: float = 0.0
 
@@ -209,31 +214,62 @@ def sequence_rows(section: ReportSection) -> list[tuple[str, str, str, str, str,
     return rows
 
 
+def column_notes(
+    section: ReportSection, columns: Sequence[ScoreColumn] = SCORE_COLUMNS
+) -> list[str]:
+    """Return for each column what it cannot tell; empty where it tells trackers apart.
+
+    That is that it "does not discriminate", where ``still`` ties the best, or that n is
+    too small to show that any tracker is better than another.
+    """
+    found = [_contest(section, column) for column in columns]
+    return [
+        "does not discriminate"
+        if one.is_flat
+        else "n too small to show a best"
+        if one.is_small
+        else ""
+        for one in found
+    ]
+
+
+def overall_notes(sections: Sequence[ReportSection]) -> list[str]:
+    """Return `column_notes` of the columns of `overall_rows`."""
+    return [
+        note for section in sections for note in column_notes(section, _OVERALL_COLUMNS)
+    ]
+
+
 def _columns(
     section: ReportSection, columns: Sequence[ScoreColumn]
 ) -> tuple[pd.DataFrame, list[dict[str, Cell]]]:
     """Return the summary, indexed by tracker, and the cells of each column."""
     measures = [column.measure for column in columns]
     table = summary(section.runs, measures).set_index("tracker")
-    return table, [_column(table, column) for column in columns]
+    return table, [_column(section, table, column) for column in columns]
 
 
-def _column(table: pd.DataFrame, column: ScoreColumn) -> dict[str, Cell]:
+def _contest(section: ReportSection, column: ScoreColumn) -> Contest:
+    values = instance_table(section.runs, column.measure)
+    return contest(values, column.better, column.decimals)
+
+
+def _column(
+    section: ReportSection, table: pd.DataFrame, column: ScoreColumn
+) -> dict[str, Cell]:
     means = table[f"{column.measure}.mean"]
-    deviations = table[f"{column.measure}.sd"]
     decimals = 0 if means.max() >= 1000.0 else column.decimals
-    # Compared as printed: equal texts are equally good.
-    signed = (means * column.better).round(decimals)
-    is_contest = column.better != 0 and np.isfinite(signed).sum() > 1
-    best = signed.max() if is_contest else np.nan
-    return {
-        str(tracker): Cell(
+    best = _contest(section, column).best
+    cells = {}
+    for tracker, row in table.iterrows():
+        mean, low, high, least, most = (
+            float(row[f"{column.measure}.{part}"])
+            for part in ("mean", "low", "high", "min", "max")
+        )
+        cells[str(tracker)] = Cell(
             fixed(mean, decimals),
-            "" if np.isnan(sd) else fixed(sd, decimals),
-            is_best=bool(value == best),
+            describe_interval(low, high, least, most, decimals),
+            is_best=str(tracker) in best,
             level=mean if column.better > 0 and not np.isnan(mean) else 0.0,
         )
-        for tracker, mean, sd, value in zip(
-            table.index, means, deviations, signed, strict=True
-        )
-    }
+    return cells

@@ -35,31 +35,57 @@ def test_killed_run_adds_its_seed(sections: list[ReportSection]) -> None:
     assert sections[1].seeds == (0, 1, 2, 3)
 
 
-def test_overall_table_has_two_cells_per_scenario_and_marks_the_best(
+def test_overall_table_has_two_cells_per_scenario(
     sections: list[ReportSection],
 ) -> None:
     rows = dict(tables.overall_rows(sections, ["close", "loose", "still", "absent"]))
     assert [cell.mean for cell in rows["close"]] == ["1.00", "1.00", "0.75", "0.75"]
-    assert all(cell.is_best for cell in rows["close"])
-    assert not any(cell.is_best for cell in rows["loose"])
     assert [cell.mean for cell in rows["absent"]] == ["–"] * 4
 
 
-def test_equally_good_trackers_are_all_best() -> None:
-    sequence = synthetic_sequence("poles", 0)
-    track = jittered(sequence, np.random.default_rng(0), 0.0, 10)
-    (section,) = split_scores(
-        Scores.concat([score(replace(track, tracker=name), sequence) for name in "ab"]),
-        {},
-    )
-    rows = tables.overall_rows([section], ["a", "b"])
-    assert [cell.is_best for _, cells in rows for cell in cells] == [True] * 4
+def test_three_seeds_are_too_few_for_an_interval_or_a_best(
+    sections: list[ReportSection],
+) -> None:
+    rows = dict(tables.overall_rows(sections, ["close", "loose", "still"]))
+    assert not any(cell.is_best for cells in rows.values() for cell in cells)
+    assert rows["loose"][0].interval.startswith("n too small, 0.")
+    notes = tables.column_notes(sections[0])
+    assert notes == ["n too small to show a best"] * 5 + [""] * 3
 
 
-def test_lower_centre_error_is_better(sections: list[ReportSection]) -> None:
+def section_of(shifts: dict[str, float], seeds: int) -> ReportSection:
+    """Return a section of trackers that miss by so many pixels, on so many seeds."""
+    parts = []
+    for seed in range(seeds):
+        sequence = synthetic_sequence("poles", seed)
+        for tracker, shift in shifts.items():
+            track = jittered(sequence, np.random.default_rng(seed), 0.0, 10)
+            track.boxes[1:, 0] += shift + seed
+            parts.append(score(replace(track, tracker=tracker), sequence))
+    return split_scores(Scores.concat(parts), {})[0]
+
+
+def test_bold_are_those_that_no_other_is_shown_to_be_better_than() -> None:
+    section = section_of({"good": 2.0, "same": 2.0, "bad": 15.0}, seeds=8)
     column = [one.measure for one in tables.SCORE_COLUMNS].index("center_error_px")
-    best = [row[0] for row in tables.score_rows(sections[0]) if row[3][column].is_best]
-    assert best == ["close"]
+    best = [row[0] for row in tables.score_rows(section) if row[3][column].is_best]
+    assert best == ["good", "same"]  # a lower error is better
+    assert tables.column_notes(section)[column] == ""
+
+
+def test_column_in_which_still_ties_the_best_does_not_discriminate() -> None:
+    section = section_of({"good": 2.0, "still": 5.0}, seeds=8)
+    notes = dict(
+        zip(
+            (c.measure for c in tables.SCORE_COLUMNS),
+            tables.column_notes(section),
+            strict=True,
+        )
+    )
+    assert notes["precision_20"] == "does not discriminate"  # both are right in all
+    assert notes["success_auc"] == notes["fps"] == ""
+    few = section_of({"good": 2.0, "still": 5.0}, seeds=2)
+    assert tables.overall_notes([few]) == ["does not discriminate"] * 2
 
 
 def test_score_table_counts_seeds_and_failed_runs(

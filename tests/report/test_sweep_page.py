@@ -103,9 +103,18 @@ def test_curves_are_at_the_values_achieved(swept: SweepScores) -> None:
     assert [trace["meta"]["tracker"] for trace in figure["data"]] == [
         "firm",
         "frail",
-    ] * 2  # a band each, then a line each
-    assert figure["data"][2]["x"] == [0.0, 0.245, 0.49, 0.735, 0.98]
-    assert figure["data"][2]["y"] == [1.0] * 5
+    ]  # a line each: three seeds have no interval, so no band
+    assert figure["data"][0]["x"] == [0.0, 0.245, 0.49, 0.735, 0.98]
+    assert figure["data"][0]["y"] == [1.0] * 5
+
+
+def test_band_is_the_interval_where_there_are_seeds_enough(swept: SweepScores) -> None:
+    known = {"success_50.low": 0.6, "success_50.high": 0.9}
+    many = replace(swept, points=swept.points.assign(**known))
+    figure = sweep_figures.score_by_dial(many, STYLES, "success_50", "share of frames")
+    assert figure is not None
+    band = figure["data"][0]
+    assert (band["fill"], max(band["y"]), min(band["y"])) == ("toself", 0.9, 0.6)
 
 
 def test_breaking_point_is_marked_where_there_is_one(swept: SweepScores) -> None:
