@@ -40,7 +40,14 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-__all__ = ["execute_request", "finish", "print_protocol", "report", "run"]
+__all__ = [
+    "execute_request",
+    "finish",
+    "print_protocol",
+    "report",
+    "run",
+    "run_folder",
+]
 
 _RUNS = Path("results") / "runs"
 DEFAULT_TRACKERS = "condensation,directional-45,dsp,still"
@@ -149,7 +156,7 @@ def execute_request(
     with progress_bar(console, "the same command resumes it") as progress:
         return run_experiment(
             request,
-            out or _RUNS / request.folder_name,
+            out or run_folder(request),
             command=shlex.join(["simbench", *sys.argv[1:]]),
             jobs=core_count() if jobs is None else jobs,
             cluster=cluster,
@@ -158,6 +165,11 @@ def execute_request(
             rules=rules,
             progress=progress,
         )
+
+
+def run_folder(request: Request) -> Path:
+    """Return the folder of a request that names none."""
+    return _RUNS / request.folder_name
 
 
 def finish(console: Console, result: RunResult) -> NoReturn:

@@ -28,10 +28,12 @@ from simbench.cli.names import (
     dial_names,
     require_name,
 )
-from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish
+from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish, run_folder
 
 if TYPE_CHECKING:
     from simbench.evaluation.sweep_scores import SweepScores
+    from simbench.experiments.request import Request
+    from simbench.experiments.run import RunResult
 
 __all__ = ["sweep"]
 
@@ -64,6 +66,14 @@ def sweep(
     memory_mb: Memory = 4096,
     replace: Replace = False,
     cluster: Cluster = "",
+    refine: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=6,
+            help="How often the step in which success falls to one half is halved.",
+        ),
+    ] = 2,
 ) -> None:
     """Vary one or two dials of a scenario and find where each tracker breaks.
 
@@ -75,6 +85,7 @@ def sweep(
             require_name("--vary", one.partition("=")[0].strip(), dial_names())
     found = scenarios_from([scenario], frames)
 
+    from simbench.experiments.refine_sweep import refined_run
     from simbench.experiments.request import parse_seeds, sweep_request
 
     request = sweep_request(
@@ -87,9 +98,18 @@ def sweep(
         memory_mb,
     )
     console = Console()
-    result = execute_request(
-        console, request, out, jobs=jobs, cluster=cluster, replace=replace
-    )
+    folder = out or run_folder(request)
+    rerun = replace
+
+    def run(part: Request) -> RunResult:
+        nonlocal rerun
+        found = execute_request(
+            console, part, folder, jobs=jobs, cluster=cluster, replace=rerun
+        )
+        rerun = False  # the refined values go beside the first
+        return found
+
+    result = refined_run(found[0], request, run, refine)
     if result.swept is not None:
         _print(console, result.swept)
     finish(console, result)

@@ -22,9 +22,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
+from simbench.evaluation.intervals import LEAST_COUNT
 from simbench.evaluation.statistics import bootstrap_counts, expanded_levels
 
-__all__ = ["BreakingPoint", "breaking_point", "fit_logistic"]
+__all__ = [
+    "LEAST_SEEDS",
+    "BreakingPoint",
+    "breaking_point",
+    "fit_logistic",
+    "step_at",
+]
+
+LEAST_SEEDS: Final = 3
+"""Fewest seeds of which an interval is stated."""
 
 State = Literal["within", "beyond", "below"]
 Floats = NDArray[np.float64]
@@ -51,10 +61,11 @@ class BreakingPoint:
     value : float
         Value of the dial; NaN unless ``within``.
     low, high : float
-        Bootstrap interval over seeds; infinite where it leaves the range, since the
-        curve is not extrapolated. NaN for fewer than two seeds. It does not include
-        the step size of the dial: if all seeds fall between the same two values it is
-        narrow, although the fall may be anywhere between them.
+        Bootstrap interval over seeds, wider at each end by half the step of the dial
+        there, up to the range: where all seeds fall between the same two values, the
+        fall may be anywhere between them. With 3 or 4 seeds, whose bootstrap is too
+        narrow, it is wider by the whole step. Infinite where it leaves the range, since
+        the curve is not extrapolated. NaN for fewer than 3 seeds: n too small.
     range_low, range_high : float
         Minimum and maximum value of the dial.
     intercept, slope : float
@@ -83,6 +94,7 @@ def breaking_point(
     is_harder_upwards: bool = True,
     level: float = 0.95,
     samples: int = 1000,
+    steps: Floats | None = None,
 ) -> BreakingPoint:
     """Fit a logistic curve and return where it crosses one half.
 
@@ -104,6 +116,8 @@ def breaking_point(
         `simbench.evaluation.statistics.expanded_levels`.
     samples : int
         Bootstrap samples.
+    steps : (k,) float, optional
+        Values between which the dial was varied; by default all that were achieved.
 
     Examples
     --------
@@ -115,12 +129,13 @@ def breaking_point(
     ('within', 0.625)
     """
     ends = float(dial.min()), float(dial.max())
+    steps = np.unique(dial if steps is None else steps)
     names, place = np.unique(seeds, return_inverse=True)
     line = fit_logistic(dial, success, np.ones((1, len(dial))))
     at = float(_crossings(line, ends)[0])
     intercept, slope = line[0] if np.isfinite(line).all() else (np.nan, np.nan)
     low = high = float("nan")
-    if len(names) > 1:
+    if len(names) >= LEAST_SEEDS:
         # few seeds give few distinct samples: each is fitted once
         counts, turns = np.unique(
             bootstrap_counts(len(names), samples, rng), axis=0, return_counts=True
@@ -134,6 +149,11 @@ def breaking_point(
             expanded_levels(len(names), level),
             method="inverted_cdf",  # no interpolation with infinite values
         ).tolist()
+        share = 1.0 if len(names) < LEAST_COUNT else 0.5
+        if np.isfinite(low):
+            low = max(low - share * step_at(steps, low), ends[0])
+        if np.isfinite(high):
+            high = min(high + share * step_at(steps, high), ends[1])
     return BreakingPoint(
         state="within" if np.isfinite(at) else "beyond" if at > 0 else "below",
         value=at if np.isfinite(at) else float("nan"),
@@ -145,6 +165,20 @@ def breaking_point(
         slope=float(slope),
         seeds=len(names),
     )
+
+
+def step_at(values: Floats, place: float) -> float:
+    """Return the distance between the neighbours of a place; 0 beyond all values.
+
+    Examples
+    --------
+    >>> step_at(np.array([0.0, 0.5, 0.75, 1.0]), 0.6)
+    0.25
+    """
+    if len(values) < 2 or not values[0] <= place <= values[-1]:
+        return 0.0
+    index = int(np.clip(np.searchsorted(values, place), 1, len(values) - 1))
+    return float(values[index] - values[index - 1])
 
 
 def fit_logistic(dial: Floats, success: Floats, weights: Floats) -> Floats:

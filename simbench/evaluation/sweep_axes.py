@@ -114,6 +114,20 @@ class Sweep:
             )
             yield changed.model_copy(update={"variant": variant})
 
+    def merged(self, other: Sweep) -> Sweep | None:
+        """Return the sweep with the values of both; None if they cannot be joined.
+
+        They can if they are equal, or vary the same single dial of one scenario.
+        """
+        if self == other:
+            return self
+        same = (self.scenario, self.variant) == (other.scenario, other.variant)
+        if not same or self.dials != other.dials or len(self.axes) > 1:
+            return None
+        values = sorted({*self.axes[0].values, *other.axes[0].values})
+        axis = Axis(self.axes[0].dial, tuple(values))
+        return Sweep(self.scenario, self.variant, (axis,))
+
     def facts(self) -> dict[str, Any]:
         """Return the sweep as plain data, for ``run.json``."""
         return {

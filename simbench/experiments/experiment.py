@@ -52,8 +52,18 @@ class Experiment:
 
     @property
     def sweep(self) -> Sweep | None:
-        """The sweep, if the experiment is one."""
-        return self.requests[0].sweep
+        """The sweep over all values requested, if the experiment is one."""
+        found = self.requests[0].sweep
+        for request in self.requests[1:]:
+            if found is not None and request.sweep is not None:
+                found = found.merged(request.sweep)
+        return found
+
+    def is_joined_by(self, sweep: Sweep | None) -> bool:
+        """Whether a request of a sweep, or of none, fits to those that are there."""
+        if self.sweep is None or sweep is None:
+            return self.sweep is sweep
+        return self.sweep.merged(sweep) is not None
 
     @property
     def digest(self) -> str:
@@ -97,7 +107,7 @@ class Experiment:
                     f"tracker {tracker.label} is {labels[tracker.label]} in the runs "
                     f"that are there, got {text}"
                 )
-        if request.sweep != self.sweep:
+        if not self.is_joined_by(request.sweep):
             raise SimbenchError("the runs that are there are of another sweep or none")
         if request.protocol != self.requests[0].protocol:
             raise SimbenchError(
@@ -111,7 +121,8 @@ class Experiment:
 
     def without(self, request: Request) -> tuple[Request, ...]:
         """Return the requests without the scenarios and trackers of another one."""
-        if (request.sweep, request.protocol) != (self.sweep, self.requests[0].protocol):
+        joins = self.is_joined_by(request.sweep)
+        if not joins or request.protocol != self.requests[0].protocol:
             return ()
         names = {one.full_name: one.digest for one in request.scenarios}
         labels = {one.label: spec_text(one) for one in request.trackers}
@@ -142,6 +153,7 @@ class Experiment:
                     "timeout_s": request.timeout_s,
                     "memory_mb": request.memory_mb,
                     "protocol": request.protocol,
+                    "sweep": request.sweep and request.sweep.facts(),
                 }
                 for request in self.requests
             ],
@@ -185,7 +197,6 @@ class Experiment:
             by_name = {one.full_name: one for one in scenarios}
             trackers = {one["label"]: one["spec"] for one in facts["trackers"]}
             axes = facts["sweep"]
-            sweep = None if axes is None else Sweep.from_facts(axes)
             return cls(
                 tuple(
                     Request(
@@ -195,7 +206,7 @@ class Experiment:
                         int(one["repetitions"]),
                         float(one["timeout_s"]),
                         int(one["memory_mb"]),
-                        sweep,
+                        _sweep(one.get("sweep", axes)),
                         protocol=str(one.get("protocol", "ope")),
                     )
                     for one in facts["requests"]
@@ -212,3 +223,7 @@ class Experiment:
             raise DatasetError(
                 f"run.json is damaged or of another version: {type(error).__name__}"
             ) from None
+
+
+def _sweep(facts: Mapping[str, Any] | None) -> Sweep | None:
+    return None if facts is None else Sweep.from_facts(facts)

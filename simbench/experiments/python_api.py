@@ -7,6 +7,7 @@ from pathlib import Path
 
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
+from simbench.experiments.refine_sweep import ROUNDS, refined_run
 from simbench.experiments.request import Request, sweep_request
 from simbench.experiments.run import RunResult, run_experiment
 from simbench.runtime.run_jobs import Progress
@@ -129,6 +130,7 @@ def sweep(
     timeout_s: float = 300.0,
     memory_mb: int = 4096,
     progress: Progress | None = None,
+    refine: int = ROUNDS,
 ) -> SweepScores:
     """Vary one or two dials of a scenario and find where each tracker breaks.
 
@@ -142,6 +144,8 @@ def sweep(
         ``DIAL=FIRST:LAST:STEP`` with both ends, or ``DIAL=VALUE,VALUE,...``.
     trackers, seeds, repetitions, frames, out, jobs, cluster, timeout_s, memory_mb
         See `run`.
+    refine : int
+        How often the step in which success falls to one half is halved, with one dial.
 
     Returns
     -------
@@ -160,8 +164,9 @@ def sweep(
     >>> found.sweep.dials
     ('noise',)
     """
+    found = _scenarios(scenario, frames)
     request = sweep_request(
-        _scenarios(scenario, frames),
+        found,
         _several(vary),
         tuple(find_tracker(spec) for spec in _several(trackers)),
         tuple(seeds),
@@ -169,13 +174,19 @@ def sweep(
         timeout_s,
         memory_mb,
     )
-    result = _run(
-        request,
-        out,
-        jobs=core_count() if jobs is None else jobs,
-        cluster=cluster,
-        progress=progress,
-    )
+    with scratch_folder("run-") as temporary:
+        folder = out or temporary
+
+        def run_part(part: Request) -> RunResult:
+            return _run(
+                part,
+                folder,
+                jobs=core_count() if jobs is None else jobs,
+                cluster=cluster,
+                progress=progress,
+            )
+
+        result = refined_run(found[0], request, run_part, refine)
     if result.swept is None:
         raise AssertionError("a request with a sweep has a summary of it")
     return result.swept

@@ -32,7 +32,8 @@ def test_points_on_a_logistic_curve_recover_it(
     assert found.value == pytest.approx(0.43, abs=1e-4)
     assert found.slope == pytest.approx(slope, rel=1e-3)
     assert found.intercept == pytest.approx(-0.43 * slope, rel=1e-3)
-    assert (found.low, found.high) == pytest.approx((0.43, 0.43), abs=1e-4)
+    # all seeds agree, so all that is left is the step of 0.1
+    assert (found.low, found.high) == pytest.approx((0.33, 0.53), abs=1e-4)
     assert (found.range_low, found.range_high, found.seeds) == (0.0, 1.0, 3)
 
 
@@ -57,8 +58,9 @@ def test_interval_shrinks_with_the_seeds(rng: np.random.Generator) -> None:
     few, many = (
         breaking_point(*swept(count, scattered(rng, count)), rng) for count in (5, 45)
     )
-    # nine times the seeds: a third of the width, and less, as t narrows too
-    assert many.high - many.low < 0.5 * (few.high - few.low)
+    # nine times the seeds: a third of the width, and less, as t narrows too; the step
+    # of 0.1 that is added stays
+    assert many.high - many.low - 0.1 < 0.5 * (few.high - few.low - 0.1)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +102,8 @@ def test_seeds_without_a_crossing_leave_the_interval_open(
 ) -> None:
     steps = np.array([GRID < 0.3, GRID < 0.6, GRID < 2.0]).astype(np.float64)
     found = breaking_point(*swept(3, steps), rng)
-    assert found.low == pytest.approx(0.25, abs=1e-3)  # as of the first seed alone
+    # as of the first seed alone, and a step lower
+    assert found.low == pytest.approx(0.15, abs=1e-3)
     assert found.high == np.inf
 
 
@@ -109,6 +112,31 @@ def test_step_is_found_halfway_and_without_overflow(rng: np.random.Generator) ->
         found = breaking_point(*swept(3, (GRID < 0.35).astype(np.float64)), rng)
     assert found.value == pytest.approx(0.35, abs=1e-3)
     assert 50.0 < -found.slope < 500.0
+
+
+@pytest.mark.parametrize(("seeds", "width"), [(3, 0.2), (5, 0.1)])
+def test_interval_of_seeds_that_agree_is_as_wide_as_the_step(
+    seeds: int, width: float, rng: np.random.Generator
+) -> None:
+    found = breaking_point(*swept(seeds, (GRID < 0.35).astype(np.float64)), rng)
+    assert found.high - found.low == pytest.approx(width, abs=1e-3)
+    assert found.low < 0.31 < 0.39 < found.high  # the fall is anywhere in the step
+
+
+def test_finer_values_near_the_fall_make_the_interval_narrower(
+    rng: np.random.Generator,
+) -> None:
+    dial = np.sort(np.append(GRID, [0.325, 0.35]))
+    five = np.tile(dial, 5)
+    shares = (five < 0.34).astype(np.float64)
+    found = breaking_point(five, shares, np.repeat(np.arange(5), len(dial)), rng)
+    assert found.low <= 0.34 <= found.high
+    assert found.high - found.low < 0.05
+
+
+def test_two_seeds_have_no_interval(rng: np.random.Generator) -> None:
+    found = breaking_point(*swept(2, expit(-9.0 * (GRID - 0.5))), rng)
+    assert np.isnan([found.low, found.high]).all()
 
 
 def test_one_seed_has_no_interval(rng: np.random.Generator) -> None:
