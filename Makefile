@@ -11,7 +11,8 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat attack bench bench-before lint format house clean
+.PHONY: demo test test-all test-compat attack statistics bench bench-before lint format \
+    house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -34,6 +35,10 @@ test-compat: .venv-compat/installed
 # kills, bad trackers, hostile files, bad places; the table is in results/attack.md
 attack: .venv/developer
 	$(BIN)/python -m tests.attack
+
+# coverage, power and false alarms by simulation; the tables are in results/statistics.md
+statistics: .venv/developer
+	$(BIN)/python -m tests.statistics
 
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed

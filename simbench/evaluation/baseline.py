@@ -1,12 +1,9 @@
-"""Baseline of the regression gate: mean and spread of the scores, and their reason.
+"""Baseline of the regression gate: every score of every run, and what made them.
 
-The tolerance is derived from the spread over seeds. On one machine the same code gives
-bit-identical numbers. On another, float rounding may change one resampling step, after
-which a particle filter takes another course: for the mean over n seeds that is like new
-samples of the tracker on the same sequences, whose spread is at most that over seeds,
-``sd``. The difference of two such means has a standard deviation of at most
-``sqrt(2) sd / sqrt(n)``; the tolerance is about twice that, ``3 sd / sqrt(n)``, plus a
-minimum for seeds that happen to agree: 0.02 for shares, 2 % for particle usage.
+A row holds the scores of one tracker on one scenario by seed and repetition, with the
+digests of the films and of the tracks. On the machine that made it the same code gives
+the same to the bit. Elsewhere float rounding sends a particle filter on another course,
+so there the scores are compared by tests, see `simbench.evaluation.regression`.
 """
 
 from __future__ import annotations
@@ -21,17 +18,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-import pandas as pd
+import numpy as np
 import pydantic
+from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
 from simbench.core.bounded_read import parse_json, read_regular
 from simbench.core.errors import DatasetError
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.statistics import GROUP, seed_means, spread
+from simbench.evaluation.statistics import GROUP
+from simbench.evaluation.track_digests import track_digests
 
 __all__ = [
     "MEASURES",
+    "MOST_REPETITIONS",
     "MOST_SEEDS",
     "USAGE",
     "Baseline",
@@ -42,23 +42,25 @@ __all__ = [
 ]
 
 USAGE: Final = "particles_mean"
-MEASURES: Final = ("precision_20", "success_50", USAGE)
+MEASURES: Final = ("precision_20", "success_50", "success_auc", USAGE)
 
 MOST_SEEDS: Final = 1000
 """Most seeds of a row."""
+MOST_REPETITIONS: Final = 1000
+"""Most runs of a row on one seed."""
 _LARGEST_SEED: Final = 999_999_999  # as on the command line
 _LARGEST_FILE: Final = 8 * 2**20
 _MOST_ROWS: Final = 5000
 _MOST_PARTICLES: Final = 1e9
-_STANDARD_ERRORS: Final = 3.0
-_MIN_SHARE_TOLERANCE: Final = 0.02
-_MIN_USAGE_TOLERANCE: Final = 0.02  # of the baseline
+_ROUND_OFF: Final = 1e-9
 
 
 Name = Annotated[str, pydantic.Field(max_length=1000)]
 Seed = Annotated[int, pydantic.Field(strict=True, ge=0, le=_LARGEST_SEED)]
 Digest = Annotated[str, pydantic.Field(min_length=1, max_length=200)]
 Value = Annotated[float, pydantic.Field(strict=True, ge=0, le=_MOST_PARTICLES)]
+Runs = Annotated[list[Value], pydantic.Field(max_length=MOST_REPETITIONS)]
+Tracks = Annotated[list[Digest], pydantic.Field(max_length=MOST_REPETITIONS)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +73,17 @@ class BaselineRow:
     seeds : list of int
         In ascending order.
     digests : list of str
-        Digest of the sequence of each seed.
+        Digest of the film of each seed.
+    values : mapping from measure to list of list of float
+        By seed and repetition, for each of `MEASURES`; as many repetitions on each
+        seed.
+    tracks : list of list of str
+        Digest of each track, see `simbench.evaluation.track_digests`.
     mean, sd : mapping from measure to float
-        Over the seeds, for ``precision_20``, ``success_50`` and ``particles_mean``.
+        Over all runs, for readers of the file; checked against the values. The
+        deviation (n - 1) of a single run is 0.
+    code : str
+        Digest of the tracker's code; empty where unknown.
     """
 
     scenario: Name
@@ -81,20 +91,25 @@ class BaselineRow:
     tracker: Name
     seeds: Annotated[list[Seed], pydantic.Field(max_length=MOST_SEEDS)]
     digests: Annotated[list[Digest], pydantic.Field(max_length=MOST_SEEDS)]
+    values: dict[str, Annotated[list[Runs], pydantic.Field(max_length=MOST_SEEDS)]]
+    tracks: Annotated[list[Tracks], pydantic.Field(max_length=MOST_SEEDS)]
     mean: dict[str, Value]
     sd: dict[str, Value]
+    code: Name = ""
 
     @property
     def name(self) -> tuple[str, str, str]:
         """Scenario, variant and tracker."""
         return self.scenario, self.variant, self.tracker
 
-    def tolerance(self, measure: str) -> float:
-        """Return the difference of the mean up to which it counts as unchanged."""
-        noise = _STANDARD_ERRORS * self.sd[measure] / math.sqrt(len(self.seeds))
-        if measure == USAGE:
-            return noise + _MIN_USAGE_TOLERANCE * abs(self.mean[measure])
-        return noise + _MIN_SHARE_TOLERANCE
+    @property
+    def repetitions(self) -> int:
+        """Runs on each seed."""
+        return len(self.tracks[0])
+
+    def table(self, measure: str) -> NDArray[np.float64]:
+        """Return the scores, (seeds, repetitions) float."""
+        return np.array(self.values[measure], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +121,8 @@ class Baseline:
     reason : str
         Why these numbers replaced the previous ones.
     versions : mapping from str to str
-        Of simbench and its dependencies.
+        The environment: Python, simbench, its dependencies, the processor's
+        instructions, and ``opengl``.
     settings : mapping
         Settings of the run, as plain data: enough to repeat it.
     rows : list of BaselineRow
@@ -126,14 +142,15 @@ class Baseline:
         reason: str,
         versions: Mapping[str, str],
         settings: Mapping[str, Any],
+        codes: Mapping[str, str] | None = None,
     ) -> Baseline:
         """Make a baseline from runs, all of which must have status ``ok``.
 
         Raises
         ------
         DatasetError
-            If no reason is given, a run failed, a row has fewer than two seeds (and
-            so no spread), or a measure has no value.
+            If no reason is given, a run failed, a row has other repetitions on one
+            seed than on another, or a measure has no value.
         """
         if not reason.strip():
             raise DatasetError("baseline: expected a reason, got none")
@@ -144,9 +161,11 @@ class Baseline:
                 f"baseline: expected runs without failure, got {run['tracker']} on "
                 f"{run['scenario']}, seed {run['seed']}: {run['reason']}"
             )
-        rows = baseline_rows(scores.runs)
+        rows = baseline_rows(scores, codes)
         for row in rows:
-            _require_spread(row)
+            if fault := _fault(row):
+                where = f"{row.tracker} on {row.scenario}"
+                raise DatasetError(f"baseline: {where}: expected {fault}")
         return cls(reason.strip(), dict(versions), dict(settings), rows)
 
     @classmethod
@@ -166,6 +185,7 @@ class Baseline:
             raise DatasetError(f"{path}: baseline {reason}") from error
         try:
             plain = parse_json(content, path)
+            _refuse_earlier_version(plain, path)
             baseline = pydantic.TypeAdapter(cls).validate_python(plain)
         except pydantic.ValidationError as error:
             raise DatasetError(f"{path}: {validation_line(error)}") from error
@@ -193,46 +213,59 @@ class Baseline:
         return dataclasses.replace(self, rows=[rows[name] for name in ordered])
 
     def write(self, path: Path) -> None:
-        """Write the baseline as JSON, atomically.
+        """Write the baseline as JSON, atomically, a line for each fact of a row.
 
         Raises
         ------
         DatasetError
             If the file cannot be written.
         """
-        text = json.dumps(dataclasses.asdict(self), indent=2, allow_nan=False)
+        content = dataclasses.asdict(self)
+        rows = ",\n".join(_in_lines(row, 4) for row in content.pop("rows"))
+        head = json.dumps(content, indent=2, allow_nan=False)
+        text = f'{head.removesuffix("}").rstrip()},\n  "rows": [\n{rows}\n  ]\n}}\n'
         with atomic_write(path) as temporary:
-            temporary.write_text(text + "\n")
+            temporary.write_text(text)
 
 
-def baseline_rows(runs: pd.DataFrame) -> list[BaselineRow]:
-    """Summarise runs as rows of a baseline, by scenario, variant and tracker.
+def baseline_rows(
+    scores: Scores, codes: Mapping[str, str] | None = None
+) -> list[BaselineRow]:
+    """Return runs as rows of a baseline, by scenario, variant and tracker.
 
     Parameters
     ----------
-    runs : DataFrame
-        `simbench.evaluation.scores.Scores.runs`.
+    scores : Scores
+    codes : mapping from label to str, optional
+        Digests of the trackers' code.
 
     Returns
     -------
     list of BaselineRow
-        In order of appearance. Measures without a value are NaN.
+        In order of appearance. A measure without a value is NaN, the digest of a run
+        without frames is empty.
     """
-    by_seed = seed_means(runs, MEASURES)
-    groups = runs.groupby(list(GROUP), sort=False)
+    runs = scores.runs.assign(track=track_digests(scores))
     rows = []
-    for name, scores in by_seed.groupby(list(GROUP), sort=False):
-        digests = groups.get_group(name).groupby("seed")["digest"].max()
-        spreads = {measure: spread(scores[measure]) for measure in MEASURES}
+    for name, of_row in runs.groupby(list(GROUP), sort=False):
+        by_seed = of_row.sort_values("repetition").groupby("seed")
+        values = {
+            measure: [group[measure].tolist() for _, group in by_seed]
+            for measure in MEASURES
+        }
         scenario, variant, tracker = map(str, name)
+        digests = by_seed["digest"].max()
         row = BaselineRow(
             scenario,
             variant,
             tracker,
             seeds=digests.index.astype(int).tolist(),
             digests=digests.tolist(),
-            mean={measure: each.mean for measure, each in spreads.items()},
-            sd={measure: each.sd for measure, each in spreads.items()},
+            values=values,
+            tracks=[group["track"].tolist() for _, group in by_seed],
+            mean={measure: _mean_and_sd(of)[0] for measure, of in values.items()},
+            sd={measure: _mean_and_sd(of)[1] for measure, of in values.items()},
+            code=(codes or {}).get(tracker, ""),
         )
         rows.append(row)
     return rows
@@ -248,57 +281,79 @@ def validation_line(error: pydantic.ValidationError, *key: str) -> str:
     return f"{place}: {text}" + (f", got {value!r:.60}" if is_shown else "")
 
 
+def _refuse_earlier_version(plain: Any, path: Path) -> None:
+    """Refuse a baseline of version 0.2, which has means only, and say what to do."""
+    rows = plain.get("rows") if isinstance(plain, dict) else None
+    if not (isinstance(rows, list) and rows and isinstance(rows[0], dict)):
+        return
+    if "digests" in rows[0] and "values" not in rows[0]:
+        raise DatasetError(
+            f"{path}: expected scores by seed and repetition, got the means of "
+            "simbench 0.2: remove the file and make it anew with --update"
+        )
+
+
+def _mean_and_sd(values: list[list[float]]) -> tuple[float, float]:
+    known = np.array([one for runs in values for one in runs], dtype=np.float64)
+    sd = known.std(ddof=1) if len(known) > 1 else 0.0
+    return float(known.mean()), float(sd)
+
+
+def _in_lines(row: Mapping[str, Any], indent: int) -> str:
+    """Return a row as JSON, a line for each key, for each measure and for each seed."""
+    margin = " " * indent
+    parts = []
+    for key, value in row.items():
+        if key in ("values", "mean", "sd"):
+            lines = [
+                f"{margin}    {json.dumps(name)}: {json.dumps(one, allow_nan=False)}"
+                for name, one in value.items()
+            ]
+            text = "{\n" + ",\n".join(lines) + f"\n{margin}  }}"
+        else:
+            text = json.dumps(value, allow_nan=False)
+        parts.append(f"{margin}  {json.dumps(key)}: {text}")
+    return f"{margin}{{\n" + ",\n".join(parts) + f"\n{margin}}}"
+
+
 def _fault(row: BaselineRow) -> str:
-    """Return what a row that was read lacks, empty if it is consistent."""
+    """Return what a row lacks, empty if it is consistent."""
+    count = len(row.seeds)
     if not row.seeds:
         return "at least one seed, got none"
     if any(one >= other for one, other in pairwise(row.seeds)):
         return "seeds in ascending order, each once, got others"
-    if len(row.digests) != len(row.seeds):
-        return f"a digest for each of {len(row.seeds)} seeds, got {len(row.digests)}"
+    if len(row.digests) != count:
+        return f"a digest for each of {count} seeds, got {len(row.digests)}"
+    if not all(row.digests):
+        return "a digest of each film, got none"
+    if len(row.tracks) != count or not row.tracks[0]:
+        return f"digests of tracks for each of {count} seeds, got {len(row.tracks)}"
     for name in MEASURES:
-        if name not in row.mean.keys() & row.sd.keys():
+        if name not in row.values.keys() & row.mean.keys() & row.sd.keys():
             return f"{name}, got none"
-        if name == USAGE:
-            continue
-        if row.mean[name] > 1.0:
-            return f"a mean {name} of at most 1, got {row.mean[name]:g}"
-    for name in MEASURES:
-        limit = _largest_sd(name, row.mean[name], len(row.seeds))
-        if row.sd[name] > limit:
-            return (
-                f"an sd of {name} of at most {limit:.3g}, as its mean of "
-                f"{row.mean[name]:.3g} allows, got {row.sd[name]:g}"
-            )
+        if fault := _fault_of_values(row, name):
+            return fault
+    if {len(runs) for runs in row.tracks} != {row.repetitions}:
+        return "as many tracks as scores on each seed, got others"
     return ""
 
 
-def _largest_sd(measure: str, mean: float, count: int) -> float:
-    """Return the largest standard deviation of ``count`` values with a mean.
-
-    Of shares it is reached where each is 0 or 1; of numbers that are not negative,
-    where all but one are 0.
-    """
-    if measure == USAGE:
-        largest = mean * math.sqrt(count)
-    else:
-        largest = math.sqrt(mean * (1.0 - mean) * 2.0)  # 2: of two values, n / (n - 1)
-    return largest * (1.0 + 1e-9) + 1e-6
-
-
-def _require_spread(row: BaselineRow) -> None:
-    where = f"{row.tracker} on {row.scenario}"
-    if len(row.seeds) < 2:
-        raise DatasetError(
-            "baseline: expected at least 2 seeds for the tolerance, "
-            f"got {len(row.seeds)} for {where}"
-        )
-    if not all(row.digests):
-        raise DatasetError(
-            f"baseline: expected a digest of each sequence, got none for {where}"
-        )
-    for measure in MEASURES:
-        if not math.isfinite(row.sd[measure]):
-            raise DatasetError(
-                f"baseline: expected {measure} on every seed, got none for {where}"
-            )
+def _fault_of_values(row: BaselineRow, name: str) -> str:
+    values = row.values[name]
+    if len(values) != len(row.seeds):
+        return f"{name} for each of {len(row.seeds)} seeds, got {len(values)}"
+    lengths = {len(runs) for runs in values}
+    if lengths != {row.repetitions}:
+        return f"{name} of {row.repetitions} runs on each seed, got {sorted(lengths)}"
+    known = row.table(name)
+    if not np.isfinite(known).all():
+        return f"{name} of every run, got none"
+    if name != USAGE and known.max() > 1.0:
+        return f"{name} of at most 1, got {known.max():g}"
+    for part, found, right in zip(
+        ("mean", "sd"), (row.mean, row.sd), _mean_and_sd(values), strict=True
+    ):
+        if not math.isclose(found[name], right, rel_tol=1e-6, abs_tol=_ROUND_OFF):
+            return f"the {part} {right:.6g} of its {name}, got {found[name]:g}"
+    return ""

@@ -20,7 +20,7 @@ from simbench.datasets.native import FrameFolder, write_frame
 from simbench.generation.attempts import render_in_view
 from simbench.scenarios.schema import Scenario
 
-__all__ = ["draw_truth", "write_preview", "write_video"]
+__all__ = ["draw_truth", "save_video", "write_preview", "write_video"]
 
 _TARGET = (255, 64, 32)
 _OTHERS = (64, 200, 255)
@@ -118,8 +118,29 @@ def write_video(
                 image = frame.image
                 yield image if plain else draw_truth(image, truth, index)
 
+        return save_video(path, images(), 1.0 / scenario.imaging.interval_s)
+
+
+def save_video(path: Path, images: Iterator[NDArray[np.uint8]], rate_hz: float) -> Path:
+    """Write images as a video, atomically.
+
+    Parameters
+    ----------
+    path : Path
+        As for `write_video`.
+    images : iterator of (H, W, 3) uint8, RGB
+        At least one, all of one size.
+    rate_hz : float
+
+    Raises
+    ------
+    DatasetError
+        As `write_video`.
+    """
+    path = _writable_video(path)
+    with tempfile.TemporaryDirectory(prefix="simbench-video-") as folder:
         video = Path(folder) / f"video{path.suffix}"
-        _encode(video, images(), 1.0 / scenario.imaging.interval_s)
+        _encode(video, images, rate_hz)
         with atomic_write(path) as temporary:
             shutil.copyfile(video, temporary)
     return path

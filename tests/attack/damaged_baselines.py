@@ -15,6 +15,9 @@ __all__ = ["damaged_baselines", "whole_baseline"]
 Change = Callable[[dict[str, Any]], object]
 
 
+_SHARES_OF_HALF = dict.fromkeys(("precision_20", "success_50", "success_auc"), 0.5)
+
+
 def whole_baseline() -> dict[str, Any]:
     """Return a baseline that is valid, of a suite of seconds."""
     return {
@@ -33,8 +36,17 @@ def whole_baseline() -> dict[str, Any]:
                 "tracker": "still",
                 "seeds": [0, 1],
                 "digests": ["0" * 64, "1" * 64],
-                "mean": {"precision_20": 0.5, "success_50": 0.5, "particles_mean": 1.0},
-                "sd": {"precision_20": 0.1, "success_50": 0.1, "particles_mean": 0.0},
+                "values": {
+                    "precision_20": [[0.4], [0.6]],
+                    "success_50": [[0.4], [0.6]],
+                    "success_auc": [[0.4], [0.6]],
+                    "particles_mean": [[1.0], [1.0]],
+                },
+                "tracks": [["0" * 16], ["1" * 16]],
+                "mean": _SHARES_OF_HALF | {"particles_mean": 1.0},
+                "sd": dict.fromkeys(_SHARES_OF_HALF, 0.02**0.5)
+                | {"particles_mean": 0.0},
+                "code": "",
             }
         ],
     }
@@ -103,6 +115,23 @@ _CHANGES: dict[str, Change] = {
     "mean true": _number("mean", "precision_20", True),
     "mean null": _number("mean", "precision_20", None),
     "mean missing": lambda c: c["rows"][0]["mean"].pop("precision_20"),
+    "value of 2": _number("values", "success_50", [[0.4], [2.0]]),
+    "value of -1": _number("values", "success_50", [[0.4], [-1.0]]),
+    "value of nan": _number("values", "success_50", [[0.4], [_NAN]]),
+    "value null": _number("values", "success_50", [[0.4], [None]]),
+    "value as text": _number("values", "success_50", [[0.4], ["0.6"]]),
+    "value that the mean forbids": _number("values", "success_50", [[0.4], [0.7]]),
+    "values without seeds": _number("values", "success_50", [0.4, 0.6]),
+    "values of one seed": _number("values", "success_50", [[0.4]]),
+    "values of other repetitions": _number("values", "success_50", [[0.4], [0.6, 0.6]]),
+    "values of no repetition": _number("values", "success_50", [[], []]),
+    "values missing for one": lambda c: c["rows"][0]["values"].pop("success_50"),
+    "many repetitions": _number("values", "success_50", [[0.5] * 5000] * 2),
+    "no tracks": _row(tracks=[]),
+    "tracks of one seed": _row(tracks=[["0" * 16]]),
+    "track of 1 MB": _row(tracks=[["0" * 1_000_000], ["1"]]),
+    "no repetition": _row(tracks=[[], []]),
+    "code null": _row(code=None),
     "row twice": lambda c: c["rows"].append(c["rows"][0]),
     "row again with other numbers": lambda c: c["rows"].append(
         c["rows"][0] | {"sd": {name: 0.4 for name in c["rows"][0]["sd"]}}
@@ -165,6 +194,11 @@ _CHANGES: dict[str, Change] = {
     "suite time of nan": _settings(timeout_s=_NAN),
     "suite time without end": _settings(timeout_s=_INFINITE),
     "suite time of 1e300 s": _settings(timeout_s=1e300),
+    "suite repetitions of 0": _settings(repetitions={"still": 0}),
+    "suite repetitions of 10**30": _settings(repetitions={"still": 10**30}),
+    "suite repetitions as text": _settings(repetitions={"still": "3"}),
+    "suite repetitions a list": _settings(repetitions=[3]),
+    "suite repetitions of no tracker": _settings(repetitions={"dsp": 3}),
     "suite of too many runs": _settings(
         seeds=list(range(1000)),
         trackers=[f"t{n}=still" for n in range(200)],
@@ -185,6 +219,6 @@ _TEXTS: dict[str, str | bytes] = {
     "lone surrogate": json.dumps(whole_baseline()).replace("still", "\\ud800"),
     "escape codes": json.dumps(whole_baseline()).replace("still", "\\u001b[31m"),
     "key twice": '{"reason": "a", "reason": "b"}',
-    "infinite number": json.dumps(whole_baseline()).replace("0.1", "1e999"),
+    "infinite number": json.dumps(whole_baseline()).replace("0.4", "1e999"),
     "40 MB": '"' + "x" * 40_000_000 + '"',
 }

@@ -112,6 +112,15 @@ YAML = "title: t\ntests: t\nframes: 24\n"
         pytest.param("report .", "not a run folder", id="not a run"),
         pytest.param("report all/runs", "mean 'all/runs/b/two'?", id="around runs"),
         pytest.param("show smoke --frame 24", "must be below 24, got 24", id="frame"),
+        pytest.param("check", "expected SUITE.yaml or --baseline FILE", id="no suite"),
+        pytest.param("check no.yaml", "no.baseline.json: baseline", id="no numbers"),
+        pytest.param(
+            "check --baseline rows.json --trackers dsp",
+            "rows.json: expected at least one row of dsp, got none",
+            id="no row of a tracker",
+        ),
+        pytest.param("compare nosuch", "nosuch: not a run folder", id="compare no run"),
+        pytest.param("compare a b c", "expected one or two runs, got 3", id="three"),
         pytest.param("check --baseline no.json", "no.json: baseline", id="no baseline"),
         pytest.param("check --baseline broken.yaml", "broken.yaml", id="bad baseline"),
         pytest.param(
@@ -472,34 +481,50 @@ def test_failed_run_is_reported_and_status_1(
     assert "failed: still on blind, seed 0: no sequence: blind: " in output
 
 
-@pytest.mark.slow  # make test runs the gate itself
 @pytest.mark.sumo
 @pytest.mark.gl
 def test_check_is_green_on_the_same_code_and_red_with_a_tenth_of_the_particles(
-    capsys: pytest.CaptureFixture[str],
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings = {
-        "scenarios": [{"name": "smoke", "frames": 12}],
-        "seeds": [0, 1],
-        "trackers": ["condensation", "still"],
-    }
-    empty = {"reason": "start", "versions": {}, "settings": settings, "rows": []}
-    Path("ci.json").write_text(json.dumps(empty))
-    check = ["check", "--baseline", "ci.json", "--jobs", "1"]
+    Path("suite.yaml").write_text(
+        "scenarios: [{name: smoke, frames: 12}]\nseeds: 0:2\n"
+        "trackers: [condensation, still]\nrepetitions: {condensation: 16}\n"
+    )
+    check = ["check", "suite.yaml", "--jobs", "0", "--films", "films"]
     assert execute([*check, "--update", "--reason", "first numbers"]) == 0
-    assert json.loads(Path("ci.json").read_text())["reason"] == "first numbers"
+    path = Path("suite.baseline.json")
+    before = json.loads(path.read_text())
+    assert before["reason"] == "first numbers"
+    films = sorted(Path("films").glob("smoke*"))
+    assert len(films) == 2
+    made = [film.stat().st_ino for film in films]
     capsys.readouterr()
 
     assert execute([*check, "--junit", "ci.xml"]) == 0
-    assert "0 of 6 checks failed" in capsys.readouterr().out
+    output = capsys.readouterr().out
+    assert output.count("identical") == 2 and "0 of 2 checks failed" in output
     assert ElementTree.parse("ci.xml").getroot().attrib["failures"] == "0"
+    assert [film.stat().st_ino for film in films] == made  # not made again
 
-    fewer = ["--trackers", "condensation=condensation@particles=10"]
-    assert execute([*check, *fewer]) == 1
-    assert "particles_mean was 100.0" in capsys.readouterr().out
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", "step.md")
+    candidate = ["--trackers", "condensation=condensation@particles=10"]
+    shown = ["--summary", "check.md", "--videos", "worst"]
+    assert execute([*check, *candidate, *shown]) == 1
+    assert "particles_mean was 100.0, is 10.0" in capsys.readouterr().out
+    assert Path("check.md").read_text() == Path("step.md").read_text()
+    assert "its code or a parameter is another" in Path("check.md").read_text()
+    (video,) = Path("worst").iterdir()
+    assert video.name.startswith("condensation-smoke-") and video.stat().st_size > 1000
 
+    unknown = ["--trackers", "dsp"]
+    assert execute([*check, *unknown]) == 2
+    assert "write LABEL=dsp to try it" in capsys.readouterr().err
+    Path("suite.yaml").write_text(Path("suite.yaml").read_text().replace("16", "17"))
+    assert execute(check) == 2
+    assert "expected the repetitions of suite.baseline.json" in capsys.readouterr().err
+
+    check = ["check", "--baseline", str(path), "--jobs", "0", "--films", "films"]
     only = ["--trackers", " still", "--update", "--reason", "still moves"]
-    before = json.loads(Path("ci.json").read_text())
     assert execute([*check, *only]) == 0  # and leaves the other tracker as it was
-    after = json.loads(Path("ci.json").read_text())
+    after = json.loads(path.read_text())
     assert after == before | {"reason": "still moves"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -268,8 +269,60 @@ def test_suite_comes_back_from_its_settings() -> None:
 
 
 def test_suite_cuts_its_scenarios() -> None:
-    frames = {s.name: s.frames for s in DEFAULT_SUITE.request().scenarios}
-    assert frames == {"smoke": 24, "lane-change": 80, "poles": 110}
+    frames = {s.name: s.frames for s in DEFAULT_SUITE.experiment().scenarios}
+    assert frames == {"smoke": 24, "fog": 60, "poles": 60}
+
+
+def test_suite_repeats_the_runs_of_each_tracker_as_often_as_asked() -> None:
+    counts = {
+        tracker.label: request.repetitions
+        for request in DEFAULT_SUITE.experiment().requests
+        for tracker in request.trackers
+    }
+    assert counts == {"still": 1, **DEFAULT_SUITE.repetitions}
+
+
+def test_suite_of_a_user_is_read_with_short_forms(tmp_path: Path) -> None:
+    path = tmp_path / "suite.yaml"
+    path.write_text(
+        "scenarios: [smoke, {name: poles, frames: 30}]\nseeds: 0:3,7\n"
+        "trackers: [still, low=condensation@particles=9]\nrepetitions: 5\n"
+    )
+    suite = Suite.from_yaml(path)
+    assert [one.frames for one in suite.scenarios] == [None, 30]
+    assert suite.seeds == [0, 1, 2, 7]
+    assert suite.repetitions == {"still": 5, "low": 5}
+    assert Suite.from_settings(suite.to_settings()) == suite
+    candidate = suite.only(["low=dsp"])
+    assert (candidate.trackers, candidate.repetitions) == (["low=dsp"], {"low": 5})
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("seeds: 0:3", "suite.yaml: scenarios: "),
+        ("scenarios: [smoke]\nseeds: 3:0\ntrackers: [still]", "seeds must be"),
+        ("scenario: [smoke]", "suite.yaml: scenario: expected repetitions, scenarios"),
+        ("scenarios: smoke\nseeds: [0]\ntrackers: [still]", "suite.yaml: scenarios: "),
+    ],
+)
+def test_suite_with_a_mistake_is_refused_in_one_line(
+    tmp_path: Path, text: str, fault: str
+) -> None:
+    (tmp_path / "suite.yaml").write_text(text)
+    with pytest.raises(SimbenchError, match=fault) as caught:
+        Suite.from_yaml(tmp_path / "suite.yaml")
+    assert "\n" not in str(caught.value)
+
+
+def test_suite_replaces_the_tracker_of_the_same_label() -> None:
+    before = replace(DEFAULT_SUITE, trackers=["dsp", "still"])
+    dsp = "dsp=condensation@particles=10"
+    assert before.with_trackers(["kcf=still", dsp]).trackers == [
+        dsp,
+        "still",
+        "kcf=still",
+    ]
 
 
 def test_settings_that_are_no_suite_are_refused() -> None:
