@@ -1,4 +1,4 @@
-"""Framebuffers of the renderer: colour, ids, depth and shadow map; reading them."""
+"""Framebuffers of the renderer: colour, ids, depth and silhouettes; reading them."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from simbench.core.errors import RenderError
 from simbench.render.gl import (
     offscreen,  # must come before OpenGL: it sets the platform
 )
-from simbench.render.gl.textures import make_texture
-from simbench.render.world.projection import SHADOW_TEXELS, linear_depth
+from simbench.render.world.projection import linear_depth
 
 # isort: split
 from OpenGL import GL
@@ -27,7 +26,7 @@ Window = tuple[int, int, int, int]
 
 
 class Framebuffers:
-    """Colour, id and depth at every sample, silhouettes, averaged image, shadow map.
+    """Colour, id and depth at every sample, silhouettes, averaged image.
 
     Parameters
     ----------
@@ -64,7 +63,6 @@ class Framebuffers:
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._small_fb)
         self._attach(GL.GL_COLOR_ATTACHMENT0, GL.GL_RGBA8, self._size)
         _require_complete()
-        self._shadow_fb, self._shadow_texture = _shadow_map()
 
     def _attach(self, point: Any, form: Any, size: tuple[int, int]) -> None:
         buffer = GL.glGenRenderbuffers(1)
@@ -119,16 +117,6 @@ class Framebuffers:
         covered[top:bottom, left:right] = part > 0
         return covered
 
-    def bind_shadow(self) -> None:
-        """Draw to the shadow map, after clearing it."""
-        _bind(self._shadow_fb, (SHADOW_TEXELS, SHADOW_TEXELS))
-        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
-
-    def bind_shadow_texture(self, unit: int) -> None:
-        """Bind the shadow map to a texture unit."""
-        GL.glActiveTexture(GL.GL_TEXTURE0 + unit)
-        GL.glBindTexture(GL.GL_TEXTURE_2D, self._shadow_texture)
-
     def read(
         self, *, with_depth: bool
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.float32] | None]:
@@ -167,10 +155,9 @@ class Framebuffers:
 
     def delete(self) -> None:
         """Free all buffers."""
-        drawn = [self._fine_fb, self._silhouette_fb, self._small_fb, self._shadow_fb]
+        drawn = [self._fine_fb, self._silhouette_fb, self._small_fb]
         GL.glDeleteFramebuffers(len(drawn), drawn)
         GL.glDeleteRenderbuffers(len(self._renderbuffers), self._renderbuffers)
-        GL.glDeleteTextures([self._shadow_texture])
 
 
 def _bind(framebuffer: int, size: tuple[int, int]) -> None:
@@ -209,27 +196,3 @@ def _require_complete() -> None:
         raise RenderError(
             f"OpenGL: expected complete framebuffers, got status {int(status):#x}"
         )
-
-
-def _shadow_map() -> tuple[int, int]:
-    """Return the framebuffer and the depth texture of the shadow map."""
-    edge = GL.GL_CLAMP_TO_EDGE
-    texture = make_texture(
-        GL.GL_DEPTH_COMPONENT32F,
-        GL.GL_DEPTH_COMPONENT,
-        (SHADOW_TEXELS, SHADOW_TEXELS),
-        None,
-        WRAP_S=edge,
-        WRAP_T=edge,
-        COMPARE_MODE=GL.GL_COMPARE_REF_TO_TEXTURE,
-        COMPARE_FUNC=GL.GL_LEQUAL,
-    )
-    framebuffer = GL.glGenFramebuffers(1)
-    GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
-    GL.glFramebufferTexture2D(
-        GL.GL_FRAMEBUFFER, GL.GL_DEPTH_ATTACHMENT, GL.GL_TEXTURE_2D, texture, 0
-    )
-    GL.glDrawBuffer(GL.GL_NONE)
-    GL.glReadBuffer(GL.GL_NONE)
-    _require_complete()
-    return framebuffer, texture

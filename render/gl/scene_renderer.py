@@ -29,13 +29,18 @@ from simbench.render.gl.framebuffers import Framebuffers, Window
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
+from simbench.render.gl.shadow_fit import (
+    GroundHeight,
+    ShadowFit,
+    fit_shadow_maps,
+)
+from simbench.render.gl.shadow_maps import ShadowMaps
 from simbench.render.gl.textures import grain_texture
 from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.projection import (
     clip_matrix,
     covering_window,
-    shadow_matrix,
     sky_directions,
 )
 from simbench.render.world.scene import Scene
@@ -69,7 +74,11 @@ class SceneRenderer:
         self._buffers = Framebuffers(width, height, samples)
         self._grain = grain_texture()
         self._lighting = Lighting(scene)
+        self._shadows = ShadowMaps() if scene.light.shadows else None
+        self._ground_height = GroundHeight(scene.ground)
         defines = self._lighting.defines
+        if self._shadows is not None:
+            defines = *defines, "SHADOWS"
         self._programs = {
             part: Program("scene.vert", "scene.frag", part, *defines)
             for part in ("GROUND", "STATIC", "VEHICLES")
@@ -93,6 +102,7 @@ class SceneRenderer:
         ]
         picks = np.indices((2, 2, 2)).reshape(3, 8).T  # the corners of a box
         self._corners = np.asarray(ends, np.float64)[:, picks, np.arange(3)]
+        self._tops = self._corners[..., 2].max(axis=1)[scene.body_of]
         self._sky = GL.glGenVertexArrays(1)
 
     def __enter__(self) -> SceneRenderer:
@@ -113,6 +123,8 @@ class SceneRenderer:
         for program in self._programs.values():
             program.delete()
         self._lighting.delete()
+        if self._shadows is not None:
+            self._shadows.delete()
         self._buffers.delete()
         GL.glDeleteTextures([self._grain])
         GL.glDeleteVertexArrays(1, [self._sky])
@@ -129,6 +141,8 @@ class SceneRenderer:
         offscreen.make_current()
         self._static.delete()
         self._static = CellMesh(mesh)
+        if self._shadows is not None:
+            self._shadows.forget()
 
     def render(
         self,
@@ -160,16 +174,10 @@ class SceneRenderer:
         offscreen.make_current()
         self._levels.update(camera, poses, present)
         clip = clip_matrix(camera)
-        focus = poses[target, :3, 3] if present[target] else camera.position
-        light_clip = shadow_matrix(
-            self._scene.light.to_sun, focus, self._scene.shadow_radius_m
-        )
-        if self._scene.light.shadows:
-            self._place(poses, present, light_clip)
-            self._draw_shadows(light_clip)
+        shadows = self._draw_shadows(camera, poses, present)
         self._place(poses, present, clip)
         lighting = self._lighting.uniforms(camera, poses, present, gain)
-        self._draw_scene(camera, clip, light_clip, lighting)
+        self._draw_scene(camera, clip, shadows | lighting)
         image, ids, depth = self._buffers.read(with_depth=with_depth)
         shown = np.full(int(present[target]), target)  # none or one
         window = self._window(clip, poses, shown)
@@ -266,29 +274,63 @@ class SceneRenderer:
         for number, instances in enumerate(self._bodies):
             instances.place(tagged[(mesh_of == number) & visible])
 
-    def _draw_shadows(self, light_clip: NDArray[np.float64]) -> None:
-        self._buffers.bind_shadow()
-        self._programs["bare"].use({"view_projection": light_clip})
-        self._static.draw(light_clip)
-        for instances in self._bodies:
-            instances.draw()
+    def _draw_shadows(
+        self,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+    ) -> dict[str, Any]:
+        """Draw the shadow maps of a frame; return the uniforms that read them."""
+        ground_m = self._ground_height.at(camera.position)
+        fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
+
+        def draw_static(clip: NDArray[np.float64]) -> None:
+            self._programs["bare"].use({"view_projection": clip})
+            self._static.draw(clip)
+
+        needs = self._needed(fit, camera, poses, present)
+
+        def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
+            self._place(poses, needs[number], clip)
+            self._programs["bare"].use({"view_projection": clip})
+            for instances in self._bodies:
+                instances.draw()
+
+        if self._shadows is not None:
+            spheres = np.column_stack([poses[:, :3, 3], self._reach])
+            chosen = [spheres[needed] for needed in needs]
+            self._shadows.update(fit, chosen, draw_static, draw_vehicles)
+            self._shadows.bind(0)
+        return fit.uniforms | {"shadow_map": 0}
+
+    def _needed(
+        self,
+        fit: ShadowFit,
+        camera: Camera,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+    ) -> list[NDArray[np.bool_]]:
+        """Return which vehicles may cast shadows into the distances of each map."""
+        away = np.linalg.norm(poses[:, :3, 3] - camera.position, axis=1)
+        to_sun = self._scene.light.to_sun
+        flat = float(np.hypot(to_sun[0], to_sun[1]))
+        reach = self._reach + 1.5 * self._tops * flat / max(float(to_sun[2]), 0.05)
+        if not fit.near_m:
+            return [present]
+        is_near = away - reach < fit.near_m
+        return [present & is_near, present & (away + reach > fit.near_m)]
 
     def _draw_scene(
         self,
         camera: Camera,
         clip: NDArray[np.float64],
-        light_clip: NDArray[np.float64],
         lighting: dict[str, Any],
     ) -> None:
         self._buffers.bind_image()
-        self._buffers.bind_shadow_texture(0)
         GL.glActiveTexture(GL.GL_TEXTURE1)
         GL.glBindTexture(GL.GL_TEXTURE_2D, self._grain)
         uniforms = lighting | {
             "view_projection": clip,
-            "light_projection": light_clip,
-            "has_shadows": int(self._scene.light.shadows),
-            "shadow_map": 0,
             "grain": 1,
         }
         self._draw_objects(clip, uniforms)

@@ -13,13 +13,18 @@ flat in vec3 albedo;
 in vec3 facing;
 in vec3 albedo;
 #endif
-in vec3 in_light;
 flat in uint identity;
 flat in int kind;
 
-uniform sampler2DShadow shadow_map;
 uniform sampler2D grain;
-uniform int has_shadows;
+
+#if defined(SHADOWS)
+in vec3 in_light;
+uniform sampler2DShadow shadow_map; // two maps side by side, for near and for far
+uniform mat4 shadow_squares;        // a column for each, see ShadowFit
+uniform float shadow_near;
+uniform float per_metre; // depth in the maps
+#endif
 
 #if defined(LAMPLIT)
 in vec2 in_lamp_map;
@@ -44,12 +49,21 @@ layout(location = 1) out uint instance_id;
 
 const int ASPHALT = 1, GRASS = 2, PAINT = 3, GLASS = 4, LAMP = 5, FOLIAGE = 6;
 
-float lit_share(float slope) {
-    vec3 spot = vec3(in_light.xy, in_light.z - 0.0012 - 0.002 * (1.0 - slope));
-    float lit = texture(shadow_map, spot);
-    vec2 edge = abs(in_light.xy - 0.5) * 2.0;
-    float outside = clamp((max(edge.x, edge.y) - 0.85) / 0.13, 0.0, 1.0);
-    return max(lit, max(outside, float(1 - has_shadows)));
+float lit_share(float slope, float distance_m) {
+#if defined(SHADOWS)
+    bool is_near = distance_m < shadow_near;
+    vec4 square = is_near ? shadow_squares[0] : shadow_squares[1];
+    vec2 spot = in_light.xy * square.x + square.yz;
+    spot.x = clamp(spot.x, 0.0005, 0.4995) + (is_near ? 0.0 : 0.5);
+#if defined(GROUND)
+    float bias = 0.01; // the ground casts no shadow on itself
+#else
+    float bias = 0.02 + square.w * (3.0 - 2.0 * slope);
+#endif
+    return texture(shadow_map, vec3(spot, in_light.z - bias * per_metre));
+#else
+    return 1.0;
+#endif
 }
 
 void main() {
@@ -71,7 +85,7 @@ void main() {
     float slope = clamp(kind == FOLIAGE ? 0.25 + 0.75 * toward : toward, 0.0, 1.0);
 #endif
 
-    float share = lit_share(slope);
+    float share = lit_share(slope, distance_m);
     vec3 around = mix(ground, ambient, 0.5 + 0.5 * n.z);
 #if defined(TUNNEL)
     vec4 cover = texture(cover_map, in_cover);

@@ -8,7 +8,6 @@ layout(location = 3) in vec4 colour;
 layout(location = 4) in mat4 instance;
 
 uniform mat4 view_projection;
-uniform mat4 light_projection;
 
 out vec3 world;
 #if defined(GROUND) // one normal and colour for each triangle
@@ -18,9 +17,12 @@ flat out vec3 albedo;
 out vec3 facing;
 out vec3 albedo;
 #endif
-out vec3 in_light;
 flat out uint identity;
 flat out int kind;
+#if defined(SHADOWS)
+uniform mat4 to_light;
+out vec3 in_light;
+#endif
 #if defined(LAMPLIT)
 uniform mat4 to_lamp_map;
 out vec2 in_lamp_map;
@@ -42,8 +44,9 @@ void main() {
     albedo = tint * tint;
     identity = uint(surface.x + instance[3].w + 0.5);
     kind = int(surface.y + 0.5);
-    vec4 lit = light_projection * vec4(world, 1.0);
-    in_light = lit.xyz * 0.5 + 0.5;
+#if defined(SHADOWS)
+    in_light = (to_light * vec4(world, 1.0)).xyz;
+#endif
 #if defined(LAMPLIT)
     in_lamp_map = (to_lamp_map * vec4(world, 1.0)).xy;
     above_wheels = world.z - instance[3].z;

@@ -63,7 +63,7 @@ def floor_scene(
             tree = plant("tree", base, surroundings.season, eyes, rng)
             objects.append(("tree", tree))
     floor = _floor(plan, rng)  # after the trees: both share the generator
-    return StaticScene(merge([*_yard(plan), *floor]), objects, middle, reach)
+    return StaticScene(merge([*_yard(plan), *floor]), objects, middle)
 
 
 def _rectangle(x: tuple[float, float], y: tuple[float, float], colour: Colour) -> Mesh:

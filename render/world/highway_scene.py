@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.occluder_meshes import gantry_at
-from simbench.render.world.projection import SHADOW_RADIUS_M
 from simbench.render.world.road_surface import highway_ground
 from simbench.render.world.static_scene import StaticScene
 from simbench.render.world.street_furniture import guard_rails, lamp_post
@@ -56,7 +55,6 @@ def highway_scene(
         objects,
         # rounded to 100 m: the hills do not move with the number of frames
         line.point(round((first + last) / 2.0, -2), 0.0),
-        SHADOW_RADIUS_M,
         tunnel,
     )
 

@@ -25,7 +25,6 @@ from simbench.render.world.mesh import (
 )
 from simbench.render.world.network_roadside import lamps_along, plants_along
 from simbench.render.world.polygons import dashes, offset, resample, triangulate
-from simbench.render.world.projection import SHADOW_RADIUS_M
 from simbench.render.world.road_surface import (
     ASPHALT,
     GRASS,
@@ -108,7 +107,7 @@ def network_scene(
         if is_near(lanes[group[0].name], _PLANTED_M)
     }
     objects += plants_along(planted, lanes, roads, surroundings, eyes, path, rng)
-    return StaticScene(merge(parts), objects, middle, SHADOW_RADIUS_M)
+    return StaticScene(merge(parts), objects, middle)
 
 
 def _clean(shape: NDArray[np.float64]) -> NDArray[np.float64]:

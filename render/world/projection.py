@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,13 +12,10 @@ __all__ = [
     "clip_matrix",
     "covering_window",
     "linear_depth",
-    "shadow_matrix",
     "sky_directions",
 ]
 
 NEAR_M, _FAR_M = 0.4, 2500.0
-SHADOW_RADIUS_M = 55.0
-SHADOW_TEXELS = 1024
 
 
 def clip_matrix(camera: Camera) -> NDArray[np.float64]:
@@ -98,31 +93,3 @@ def linear_depth(window: NDArray[np.float32]) -> NDArray[np.float32]:
     span = (_FAR_M + NEAR_M) - ndc * (_FAR_M - NEAR_M)
     metres = (2.0 * NEAR_M * _FAR_M / span).astype(np.float32)
     return np.where(window >= 1.0, np.float32(np.inf), metres)
-
-
-def shadow_matrix(
-    to_sun: NDArray[np.float64],
-    focus: NDArray[np.float64],
-    radius_m: float = SHADOW_RADIUS_M,
-) -> NDArray[np.float64]:
-    """Return the (4, 4) map from the road frame to the sun's clip space.
-
-    The map covers ``radius_m`` around ``focus`` and moves in whole texels, which keeps
-    the edges of shadows from flickering.
-    """
-    forward = -to_sun
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right = right / np.linalg.norm(right)
-    up = np.cross(right, forward)
-    rotation = np.stack([right, up, forward])
-    middle = rotation @ focus
-    texel = 2.0 * radius_m / SHADOW_TEXELS
-    middle[:2] = np.round(middle[:2] / texel) * texel
-    middle[2] = math.floor(middle[2])
-    reach = 4.0 * radius_m  # includes tall objects far towards the sun
-    clip = np.eye(4)
-    clip[:2, :3] = rotation[:2] / radius_m
-    clip[2, :3] = rotation[2] / reach
-    clip[:2, 3] = -middle[:2] / radius_m
-    clip[2, 3] = -middle[2] / reach
-    return clip

@@ -59,8 +59,6 @@ class Scene:
     labels : dict from int to str
         Kind of object of every id other than a vehicle's; 0 is the sky.
     light : Illumination
-    shadow_radius_m : float, m
-        Radius around the target within which objects cast shadows.
     lamps : Lamps
     tunnel : TunnelModel or None
         Its mesh is part of ``static_objects``.
@@ -77,7 +75,6 @@ class Scene:
     ids: NDArray[np.int64]
     labels: dict[int, str]
     light: Illumination
-    shadow_radius_m: float
     lamps: Lamps
     tunnel: TunnelModel | None
 
@@ -116,7 +113,6 @@ def build_scene(stage: Stage) -> Scene:
         ids=FIRST_VEHICLE_ID + np.arange(len(vehicles), dtype=np.int64),
         labels=labels,
         light=illuminate(scenario.light),
-        shadow_radius_m=static.shadow_radius_m,
         lamps=gather_lamps(bodies, posts, on_camera=scenario.camera.mount == "car"),
         tunnel=static.tunnel,
     )

@@ -25,9 +25,6 @@ class StaticScene:
         Kind and mesh of everything on the ground.
     middle : (3,) float, m
         Centre of the ring of distant hills.
-    shadow_radius_m : float, m
-        Radius around the target within which objects cast shadows: the smaller, the
-        finer the shadow map.
     tunnel : TunnelModel or None
         Its mesh is one of the objects.
     """
@@ -35,5 +32,4 @@ class StaticScene:
     ground: Mesh
     objects: list[tuple[str, Mesh]]
     middle: NDArray[np.float64]
-    shadow_radius_m: float
     tunnel: TunnelModel | None = None
