@@ -15,7 +15,7 @@ from simbench.render.world.mesh import Mesh
 
 # isort: split
 from OpenGL import GL
-from pyrender import Primitive
+from pyrender.primitive import Primitive
 
 __all__ = ["CellMesh", "InstancedMesh", "front_faces_only", "may_be_visible"]
 

@@ -13,6 +13,7 @@ from functools import cache
 from typing import Any
 
 from simbench.core.errors import RenderError, one_line
+from simbench.render.gl import lazy_pyrender  # noqa: F401  # before parts of pyrender
 from simbench.render.gl.egl_devices import EglDevice, candidates, egl_devices
 
 os.environ.setdefault("PYOPENGL_PLATFORM", "egl")

@@ -1,4 +1,4 @@
-"""Closing the holes of a mesh, and a mesh of fewer triangles."""
+"""Spheres, closing the holes of a mesh, and a mesh of fewer triangles."""
 
 from __future__ import annotations
 
@@ -9,12 +9,45 @@ from numpy.typing import NDArray
 from simbench.render.world.mesh import Mesh, triangle_mesh
 from simbench.render.world.polygons import triangulate
 
-__all__ = ["caps", "simplified", "weld"]
+__all__ = ["caps", "icosphere", "simplified", "weld"]
 
 _SAME = 1e-4
 """Corners of a mesh nearer than this share of its size are one point."""
 _BORDER = 0.02
 """Weight of the borders between colours, relative to that of the surface."""
+
+
+_GOLDEN = (1.0 + 5.0**0.5) / 2.0
+_ICOSAHEDRON = np.array(
+    [
+        *([x, y, 0.0] for y in (_GOLDEN, -_GOLDEN) for x in (-1.0, 1.0)),
+        *([0.0, y, z] for z in (_GOLDEN, -_GOLDEN) for y in (-1.0, 1.0)),
+        *([x, 0.0, z] for x in (_GOLDEN, -_GOLDEN) for z in (-1.0, 1.0)),
+    ]
+)
+_ICOSAHEDRON_FACES = (  # corners in base 12
+    "0b5 051 017 07a 0ab 159 5b4 ba2 a76 718 394 342 326 368 389 495 24b 62a 867 981"
+)
+
+
+def icosphere(subdivisions: int, radius: float = 1.0) -> NDArray[np.float64]:
+    """Return an icosahedron with each face cut in four so many times, as a sphere.
+
+    Returns
+    -------
+    (20 * 4**subdivisions, 3, 3) float, m
+    """
+    names = _ICOSAHEDRON_FACES.split()
+    faces = np.array([[int(corner, 12) for corner in name] for name in names])
+    triangles = (_ICOSAHEDRON / np.linalg.norm(_ICOSAHEDRON[0]))[faces]
+    for _ in range(subdivisions):
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
+        parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        triangles = np.stack([np.stack(p, 1) for p in parts], 1).reshape(-1, 3, 3)
+        lengths = np.linalg.norm(triangles, axis=-1, keepdims=True)
+        triangles = triangles / lengths
+    return radius * triangles
 
 
 def weld(

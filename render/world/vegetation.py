@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from simbench.render.world.mesh import (
@@ -17,6 +16,7 @@ from simbench.render.world.mesh import (
     triangle_mesh,
     wall_strip,
 )
+from simbench.render.world.solids import icosphere
 
 __all__ = ["hills", "plant", "tree"]
 
@@ -94,8 +94,7 @@ def _core(
     *,
     rough: bool,
 ) -> Mesh:
-    sphere = trimesh.creation.icosphere(subdivisions=0 if rough else 1)
-    corners = np.asarray(sphere.triangles, np.float64)
+    corners = icosphere(0 if rough else 1)
     shape = corners.copy()
     shape[..., :2] *= _taper(corners[..., 2], is_conifer)[..., None]
     red, green, blue = colour

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
 
 from simbench.core.trajectories import Vehicle, VehicleClass
 from simbench.render.world.mesh import (
@@ -26,7 +25,8 @@ from simbench.render.world.mesh import (
     merge,
     triangle_mesh,
 )
-from simbench.render.world.solids import caps, simplified
+from simbench.render.world.solids import icosphere, simplified
+from simbench.render.world.sumo_cars import PLATE, sumo_car
 
 __all__ = ["Hull", "body", "hull", "simple_body"]
 
@@ -37,9 +37,7 @@ _DARK: Colour = (0.13, 0.13, 0.14)
 _GREY: Colour = (0.5, 0.51, 0.52)
 _WHITE_LAMP: Colour = (0.98, 0.96, 0.86)
 _RED_LAMP: Colour = (0.72, 0.05, 0.04)
-_AMBER_LAMP: Colour = (0.85, 0.42, 0.05)
 _PAINTED: Colour = (1.0, 1.0, 1.0)
-_PLATE: Colour = (0.9, 0.9, 0.84)
 
 _SUMO_CARS: dict[str, str] = {
     "car": "car-normal-citrus",
@@ -71,7 +69,7 @@ def body(vehicle: Vehicle) -> Mesh:
 
 @cache
 def _body(kind: VehicleClass, length: float, width: float, height: float) -> Mesh:
-    raw = _sumo_car(_SUMO_CARS[kind]) if kind in _SUMO_CARS else _MODELS[kind]()
+    raw = sumo_car(_SUMO_CARS[kind]) if kind in _SUMO_CARS else _MODELS[kind]()
     low, high = raw.positions.min(axis=0), raw.positions.max(axis=0)
     scale = np.array([length, width, height]) / (high - low)
     middle = (low + high) / 2.0
@@ -123,36 +121,11 @@ def hull(vehicle: Vehicle) -> Hull:
 def _hull(kind: VehicleClass, length: float, width: float, height: float) -> Hull:
     mesh = _body(kind, length, width, height)
     unique = np.unique(mesh.positions.astype(np.float64), axis=0)
-    solid = trimesh.convex.convex_hull(unique)
-    return Hull(
-        np.asarray(solid.vertices, dtype=np.float64),
-        np.asarray(solid.edges_unique, dtype=np.int64),
-    )
-
-
-def _sumo_car(name: str) -> Mesh:
-    """Load one of SUMO's car models (y up, front along +z) with our materials."""
-    path = resources.files("sumo_data") / "data" / "3D" / f"{name}.obj"
-    scene = trimesh.load_scene(str(path))
-    looks: dict[str, tuple[Colour, Surface, bool]] = {
-        "tires": (_TYRE, Surface.MATTE, False),
-        "metal": (_GREY, Surface.MATTE, False),
-        "windows": (_GLASS, Surface.GLASS, False),
-        "lights": (_WHITE_LAMP, Surface.LAMP, False),
-        "lights.red": (_RED_LAMP, Surface.LAMP, False),
-        "lights.orange": (_AMBER_LAMP, Surface.MATTE, False),
-        "carmaterial_citrus": (_PAINTED, Surface.PAINT, True),
-    }
-    parts = []
-    for geometry in scene.geometry.values():
-        colour, surface, painted = looks[geometry.visual.material.name]
-        corners = np.asarray(geometry.triangles, np.float64)[..., [2, 0, 1]]
-        parts.append(triangle_mesh(corners, colour, surface, painted=painted))
-    open_below = merge(parts).positions.reshape(-1, 3, 3).astype(np.float64)
-    whole = merge([*parts, triangle_mesh(caps(open_below), _DARK)])
-    rear = float(whole.positions[:, 0].min())
-    plate = box((rear - 0.005, -0.12, 0.27), (rear + 0.01, 0.12, 0.33), _PLATE)
-    return merge([whole, plate])
+    solid = ConvexHull(unique, qhull_options="QbB Pp Qt")
+    kept = np.sort(solid.vertices)
+    corners = np.searchsorted(kept, solid.simplices)
+    edges = np.sort(corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return Hull(unique[kept], np.unique(edges, axis=0).astype(np.int64))
 
 
 def _painted_box(low: ArrayLike, high: ArrayLike, taper: float = 0.0) -> Mesh:
@@ -275,7 +248,7 @@ def _bus() -> Mesh:
     parts.append(extrusion(screen, -half + 0.1, half - 0.1, _GLASS, Surface.GLASS))
     rear_low, rear_high = (back - 0.015, -0.95, 1.7), (back + 0.1, 0.95, 2.7)
     parts.append(box(rear_low, rear_high, _GLASS, Surface.GLASS))
-    parts.append(box((back - 0.03, -0.25, 0.6), (back, 0.25, 0.72), _PLATE))
+    parts.append(box((back - 0.03, -0.25, 0.6), (back, 0.25, 0.72), PLATE))
     parts.append(_lamps(front + 0.01, half - 0.1, 0.7, _WHITE_LAMP, 0.3))
     parts.append(_lamps(back - 0.01, half - 0.08, 0.9, _RED_LAMP, 0.28))
     parts.append(box((-3.2, -0.7, roof), (1.0, 0.7, roof + 0.18), _GREY, taper=0.1))
@@ -307,8 +280,7 @@ def _motorcycle() -> Mesh:
         parts.append(cylinder(knee, foot, 0.08, suit, sides=7, end_radius=0.06))
         parts.append(cylinder(shoulder, hand, 0.075, suit, sides=7, end_radius=0.05))
     parts.append(cylinder((-0.32, 0, 0.82), (0.06, 0, 1.32), 0.2, suit, sides=9))
-    head = trimesh.creation.icosphere(subdivisions=1, radius=0.15)
-    helmet = np.asarray(head.triangles, np.float64) + np.array([0.14, 0.0, 1.42])
+    helmet = icosphere(1, 0.15) + np.array([0.14, 0.0, 1.42])
     parts.append(triangle_mesh(helmet, (0.85, 0.85, 0.87), Surface.PAINT))
     return merge(parts)
 
@@ -324,8 +296,7 @@ def _thin_wheel(x: float, radius: float) -> Mesh:
 
 
 def _ball() -> Mesh:
-    sphere = trimesh.creation.icosphere(subdivisions=3, radius=0.5)
-    corners = np.asarray(sphere.triangles, np.float64)
+    corners = icosphere(3, 0.5)
     normals = corners.reshape(-1, 3) / 0.5
     return triangle_mesh(
         corners, _PAINTED, Surface.PAINT, painted=True, normals=normals
