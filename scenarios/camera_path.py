@@ -23,7 +23,7 @@ def camera_path(
     trajectories: Trajectories,
     rng: np.random.Generator,
 ) -> tuple[Camera, ...]:
-    """Return the camera of every frame.
+    """Return the camera of every frame, of those of a scenario the one that films.
 
     Parameters
     ----------
@@ -38,13 +38,15 @@ def camera_path(
     -------
     tuple of T Camera
     """
-    view = scenario.camera
+    view = scenario.view
     eye_shift, aim_shift = _shifts(view, line, trajectories)
     eyes = place_points(line, view.position, eye_shift)
     aims = place_points(line, view.look_at, aim_shift)
     if np.any(np.linalg.norm(eyes - aims, axis=-1) < 0.1):
+        number = scenario.filmed_by
+        key = f"cameras.{number - 1}" if number else "camera"
         raise ScenarioError(
-            f"{scenario.name}: camera.look_at must differ from camera.position"
+            f"{scenario.name}: {key}.look_at must differ from {key}.position"
         )
     # wander first: its phase must not depend on the number of frames
     wander = _wander(view, trajectories.times, rng)
@@ -101,7 +103,7 @@ def _shake(
     A first-order autoregressive process with the correlation time of the vibration,
     sampled at the frames: at low frame rates successive frames are independent.
     """
-    view = scenario.camera
+    view = scenario.view
     noise = rng.standard_normal((len(times), 3))
     keeps = np.exp(-np.diff(times) * view.vibration_hz)
     shake = np.empty_like(noise)

@@ -36,10 +36,13 @@ class Stage:
     trajectories : Trajectories
         At the T times of the kept frames.
     cameras : tuple of T Camera
+        Those of the camera that films.
     occluders : tuple of PlacedOccluder
     network : Network or None
         The SUMO network, in its own coordinates: the origin of the road frame is
         ``line.map_origin``.
+    paths : tuple of (tuple of T Camera)
+        Those of all cameras of a scenario that has several, the first one first.
     """
 
     scenario: Scenario
@@ -49,6 +52,17 @@ class Stage:
     cameras: tuple[Camera, ...]
     occluders: tuple[PlacedOccluder, ...]
     network: Network | None = None
+    paths: tuple[tuple[Camera, ...], ...] = ()
+
+    @property
+    def all_paths(self) -> tuple[tuple[Camera, ...], ...]:
+        """Cameras of all frames, for each of the scenario's cameras."""
+        return self.paths or (self.cameras,)
+
+    def filmed_from(self, camera: int) -> Stage:
+        """Return the same stage, filmed by ``camera``, 0 being the first."""
+        scenario = self.scenario.filmed_from(camera)
+        return replace(self, scenario=scenario, cameras=self.all_paths[camera])
 
     def with_frames(self, frames: slice | list[int]) -> Stage:
         """Return a copy that has only the given frames."""
@@ -57,15 +71,19 @@ class Stage:
         indices = (
             range(len(whole.times))[frames] if isinstance(frames, slice) else frames
         )
+        paths = tuple(tuple(path[index] for index in indices) for path in self.paths)
         return replace(
             self,
             trajectories=replace(whole, **rows),
             cameras=tuple(self.cameras[index] for index in indices),
+            paths=paths,
         )
 
 
 def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
-    """Simulate the traffic and place camera and occluders.
+    """Simulate the traffic and place cameras and occluders.
+
+    Occluders on the line of sight are on that of the first camera.
 
     Parameters
     ----------
@@ -83,10 +101,22 @@ def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
         If no plausible traffic was found.
     """
     line, trajectories, network = _simulated(scenario, seed, skip)
-    rng = generator(scenario, seed, "vibration")
-    cameras = camera_path(scenario, line, trajectories, rng)
-    occluders = place_occluders(scenario, line, trajectories, cameras)
-    return Stage(scenario, seed, line, trajectories, cameras, occluders, network)
+    paths = []
+    for number in range(1 + len(scenario.cameras)):
+        own = scenario.filmed_from(number)
+        rng = generator(own, seed, "vibration")
+        paths.append(camera_path(own, line, trajectories, rng))
+    occluders = place_occluders(scenario, line, trajectories, paths[0])
+    return Stage(
+        scenario,
+        seed,
+        line,
+        trajectories,
+        paths[scenario.filmed_by],
+        occluders,
+        network,
+        tuple(paths),
+    )
 
 
 def _simulated(

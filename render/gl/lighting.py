@@ -38,7 +38,7 @@ class Lighting:
             defines.append("THICK_AIR")
         if light.is_wet:
             defines.append("WET")
-        if light.beams > 0.0 or tunnel is not None:
+        if scene.is_lamplit:
             defines.append("LAMPLIT")
             self._lamps = LampMap(scene.lamps)
             texels = self._lamps.texels

@@ -129,6 +129,10 @@ class SceneRenderer:
         GL.glDeleteTextures([self._grain])
         GL.glDeleteVertexArrays(1, [self._sky])
 
+    def start_film(self) -> None:
+        """Begin another film of the scene: levels of detail start anew."""
+        self._levels = DetailLevels(self._scene.heights)
+
     @property
     def _mesh_of(self) -> NDArray[np.int64]:
         """Index in ``_bodies`` of each vehicle's mesh, at its level of detail."""

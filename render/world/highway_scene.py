@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.camera import Camera
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.occluder_meshes import gantry_at
 from simbench.render.world.road_surface import highway_ground
@@ -29,16 +30,13 @@ def highway_scene(
 ) -> StaticScene:
     """Build the part of a carriageway that its cameras, at ``eyes`` (T, 3) m, see."""
     surroundings = stage.scenario.surroundings
-    some = np.unique(np.linspace(0, len(eyes) - 1, 50).astype(np.int64))
-    track = line.locate(eyes[some])[:, 0]
-    first, last = float(track.min()), float(track.max())
-    heading = float(line.heading_at(first))
-    forward = np.array([math.cos(heading), math.sin(heading), 0.0])
-    looks_back = stage.cameras[0].rotation[2] @ forward < 0.0
-    behind, ahead = (_AHEAD_M, _BEHIND_M) if looks_back else (_BEHIND_M, _AHEAD_M)
-    if stage.scenario.camera.motion == "pan":  # looks both ways in turn
-        behind = ahead = _AHEAD_M
-    start, end = first - behind, last + ahead
+    settings = (stage.scenario.camera, *stage.scenario.cameras)
+    ranges = [
+        _seen_range(path, view.motion == "pan", line)
+        for path, view in zip(stage.all_paths, settings, strict=True)
+    ]
+    first, last = ranges[0][:2]
+    start, end = min(one[2] for one in ranges), max(one[3] for one in ranges)
     objects = _roadside(line, surroundings, start, end, eyes, rng)
     tunnel = None
     if surroundings.tunnel is not None:
@@ -57,6 +55,23 @@ def highway_scene(
         line.point(round((first + last) / 2.0, -2), 0.0),
         tunnel,
     )
+
+
+def _seen_range(
+    path: tuple[Camera, ...], pans: bool, line: RoadLine
+) -> tuple[float, float, float, float]:
+    """Return the arc lengths [m] of a camera's track, and of the road that it sees."""
+    eyes = np.stack([one.position for one in path])
+    some = np.unique(np.linspace(0, len(eyes) - 1, 50).astype(np.int64))
+    track = line.locate(eyes[some])[:, 0]
+    first, last = float(track.min()), float(track.max())
+    heading = float(line.heading_at(first))
+    forward = np.array([math.cos(heading), math.sin(heading), 0.0])
+    looks_back = path[0].rotation[2] @ forward < 0.0
+    behind, ahead = (_AHEAD_M, _BEHIND_M) if looks_back else (_BEHIND_M, _AHEAD_M)
+    if pans:  # looks both ways in turn
+        behind = ahead = _AHEAD_M
+    return first, last, first - behind, last + ahead
 
 
 def _roadside(

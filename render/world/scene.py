@@ -78,6 +78,11 @@ class Scene:
     lamps: Lamps
     tunnel: TunnelModel | None
 
+    @property
+    def is_lamplit(self) -> bool:
+        """Whether lamps light surfaces: in the dark, and in a tunnel."""
+        return self.light.beams > 0.0 or self.tunnel is not None
+
 
 def build_scene(stage: Stage) -> Scene:
     """Build the scene of a stage; the same stage gives the same scene."""
@@ -113,14 +118,14 @@ def build_scene(stage: Stage) -> Scene:
         ids=FIRST_VEHICLE_ID + np.arange(len(vehicles), dtype=np.int64),
         labels=labels,
         light=illuminate(scenario.light),
-        lamps=gather_lamps(bodies, posts, on_camera=scenario.camera.mount == "car"),
+        lamps=gather_lamps(bodies, posts, on_camera=scenario.view.mount == "car"),
         tunnel=static.tunnel,
     )
 
 
 def _static_scene(stage: Stage, rng: np.random.Generator) -> StaticScene:
     scenario, line = stage.scenario, stage.line
-    eyes = np.stack([camera.position for camera in stage.cameras])
+    eyes = np.stack([camera.position for path in stage.all_paths for camera in path])
     if isinstance(scenario.road, Floor):
         return floor_scene(scenario.road.floor, scenario.surroundings, eyes, rng)
     if stage.network is not None:

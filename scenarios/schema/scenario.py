@@ -24,6 +24,7 @@ from simbench.scenarios.schema.view import CameraSettings, Imaging
 __all__ = ["Scenario", "Seeds"]
 
 _LARGEST_SEED = 2**63 - 1
+_MOST_CAMERAS = 32
 
 VehicleT = TypeVar("VehicleT", Target, ScriptedVehicle)
 
@@ -68,6 +69,18 @@ class Scenario(StrictModel):
     occluders: tuple[Occluder, ...] = Field(default=(), max_length=200)
     surroundings: Surroundings = Surroundings()
     camera: CameraSettings = CameraSettings()
+    cameras: tuple[CameraSettings, ...] = Field(
+        default=(),
+        max_length=_MOST_CAMERAS - 1,
+        description="Further cameras, which film the same at the same time: "
+        "'simbench generate' makes a sequence of each. Dials hold for the first.",
+    )
+    filmed_by: int = Field(
+        default=0,
+        ge=0,
+        lt=_MOST_CAMERAS,
+        description="Which films: 0 is camera, 1 the first of cameras.",
+    )
     light: Light = Light()
     imaging: Imaging = Imaging()
     dials: Dials = Dials()
@@ -77,6 +90,24 @@ class Scenario(StrictModel):
     def _parts_fit_the_road(self) -> Self:
         require_parts_fit(self)
         return self
+
+    @model_validator(mode="after")
+    def _has_the_camera_that_films(self) -> Self:
+        if self.filmed_by > len(self.cameras):
+            raise ValueError(
+                f"filmed_by must be at most {len(self.cameras)}, the number of further "
+                f"cameras, got {self.filmed_by}"
+            )
+        return self
+
+    @property
+    def view(self) -> CameraSettings:
+        """Settings of the camera that films."""
+        return (self.camera, *self.cameras)[self.filmed_by]
+
+    def filmed_from(self, camera: int) -> Scenario:
+        """Return the same scenario, filmed by ``camera``, 0 being the first."""
+        return self.model_copy(update={"filmed_by": camera})
 
     @property
     def carriageway(self) -> Road:

@@ -12,7 +12,15 @@ from simbench.scenarios.schema import Scenario
 __all__ = ["Stream", "child_generator", "generator", "stream_seed"]
 
 Stream = Literal[
-    "traffic", "looks", "scenery", "hills", "sensor", "vibration", "drops", "weather"
+    "traffic",
+    "looks",
+    "scenery",
+    "hills",
+    "cameras",
+    "sensor",
+    "vibration",
+    "drops",
+    "weather",
 ]
 
 _STREAMS: dict[Stream, tuple[int, Literal["traffic", "looks", "sensor"]]] = {
@@ -24,8 +32,11 @@ _STREAMS: dict[Stream, tuple[int, Literal["traffic", "looks", "sensor"]]] = {
     "drops": (6, "sensor"),
     "weather": (7, "sensor"),
     "hills": (8, "looks"),
+    "cameras": (9, "looks"),
 }
 """Number of each stream, and the key of ``seeds`` that fixes its seed."""
+_OF_A_CAMERA = ("sensor", "vibration", "weather")
+"""Streams of which each of several cameras has its own."""
 
 
 def _sequence(
@@ -33,7 +44,10 @@ def _sequence(
 ) -> np.random.SeedSequence:
     number, key = _STREAMS[name]
     fixed: int | None = getattr(scenario.seeds, key)
-    return np.random.SeedSequence([seed if fixed is None else fixed, number, *more])
+    entropy = [seed if fixed is None else fixed, number, *more]
+    is_further = scenario.filmed_by > 0 and name in _OF_A_CAMERA
+    camera = (scenario.filmed_by,) if is_further else ()
+    return np.random.SeedSequence(entropy, spawn_key=camera)
 
 
 def generator(
@@ -48,8 +62,8 @@ def generator(
     seed : int
         Seed of the run, at least 0.
     name : Stream
-        Trees (``scenery``) and hills have the seed of ``looks``; vibration, lost
-        frames and rain that of ``sensor``.
+        Trees (``scenery``), hills and places of further ``cameras`` have the seed of
+        ``looks``; vibration, lost frames and rain that of ``sensor``.
     *more : int
         Sub-stream, such as a frame's index.
     """

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["generate"]
 
 MOST = 1_000_000
+MOST_CAMERAS = 32
 _MOST_LINES = 20  # of failures, which dataset.json lists all
 
 
@@ -46,7 +47,7 @@ def generate(
     count: Annotated[
         int | None,
         typer.Option(
-            min=1, max=MOST, help="Sequences in all, spread evenly over the scenarios."
+            min=1, max=MOST, help="Simulations, spread evenly over the scenarios."
         ),
     ] = None,
     seed: Annotated[
@@ -75,6 +76,14 @@ def generate(
             autocompletion=complete_channels,
         ),
     ] = "",
+    cameras: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MOST_CAMERAS,
+            help="Film each simulation by so many cameras; further ones are sampled.",
+        ),
+    ] = None,
     licence: Annotated[
         str, typer.Option(help="Of the images, for the card of the data set.")
     ] = "",
@@ -103,9 +112,12 @@ def generate(
 
     recipes = recipes_from(scenarios, frames)
     batches = _batches(recipes, count, seed, seeds)
-    request = DatasetRequest(batches, layout, split, channel_names)
+    request = DatasetRequest(batches, layout, split, channel_names, cameras)
     console = Console()
-    frames_in_all = sum(most_frames(recipe) * len(seeds) for recipe, seeds in batches)
+    frames_in_all = sum(
+        most_frames(recipe) * len(seeds) * request.cameras_of(recipe)
+        for recipe, seeds in batches
+    )
     with progress_bar(
         console, "the same command resumes it", "generate", frames_in_all
     ) as progress:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +15,30 @@ from simbench.core.sequence import Truth
 from simbench.generation.dials.occlusion import TrafficOccludesTargetError
 from simbench.generation.dials.solver import require_reached, solve_dials
 from simbench.render.channel_recorder import ChannelRecorder
-from simbench.render.render_frames import TargetHiddenError, render_frames
+from simbench.render.render_frames import (
+    OpenScene,
+    TargetHiddenError,
+    open_scene,
+    render_frames,
+    require_visible_start,
+)
 from simbench.scenarios.achieved_dials import MAX_ATTEMPTS, achieved_dials, missed_dials
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, build_stage
 
-__all__ = ["render_in_view", "render_with_dials"]
+__all__ = [
+    "Film",
+    "render_in_view",
+    "render_views",
+    "render_with_dials",
+    "use_in_view",
+]
 
 logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+Keep = Callable[[int, NDArray[np.uint8]], None]
+Report = Callable[[int, int], None]
 
 _CORRECTABLE = 0.15
 """Largest error of the hidden share that another attempt corrects."""
@@ -28,13 +46,29 @@ _TRAFFIC_SAMPLES = 10
 """Traffic samples tried until one leaves the target in plain view."""
 
 
+@dataclass(frozen=True, slots=True)
+class Film:
+    """Where the frames of one camera go.
+
+    Attributes
+    ----------
+    keep : callable of (index, image)
+        Receives each finished image; those of a later attempt replace earlier ones.
+    channels : ChannelRecorder, optional
+        Receives depth and flow, as ``keep`` receives images.
+    """
+
+    keep: Keep
+    channels: ChannelRecorder | None = None
+
+
 def render_with_dials(
     scenario: Scenario,
     seed: int,
-    keep: Callable[[int, NDArray[np.uint8]], None],
+    keep: Keep,
     *,
     channels: ChannelRecorder | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Report | None = None,
 ) -> tuple[Stage, Truth]:
     """Render a scenario so that its truth shows the values of its dials.
 
@@ -45,10 +79,8 @@ def render_with_dials(
     ----------
     scenario : Scenario
     seed : int
-    keep : callable of (index, image)
-        Receives each finished image; those of a later attempt replace earlier ones.
-    channels : ChannelRecorder, optional
-        Receives depth and flow, as ``keep`` receives images.
+    keep, channels
+        See `Film`.
     progress : callable of (done, total), optional
 
     Returns
@@ -62,36 +94,105 @@ def render_with_dials(
     ScenarioError, TrafficError, RenderError
         If the scenario cannot be simulated or rendered, or a dial cannot be reached.
     """
-    correction, requested = 0.0, scenario.dials.flat().get("occlusion.hidden")
-    for _ in range(MAX_ATTEMPTS):
-        stage, truth = render_in_view(
-            scenario,
-            seed,
-            keep,
-            correction=correction,
-            channels=channels,
-            progress=progress,
+    films = {scenario.filmed_by: Film(keep, channels)}
+    found = render_views(scenario, seed, films, progress=progress)[scenario.filmed_by]
+    if isinstance(found, SimbenchError):
+        raise found
+    return found
+
+
+def render_views(
+    scenario: Scenario,
+    seed: int,
+    films: Mapping[int, Film],
+    *,
+    progress: Report | None = None,
+) -> dict[int, tuple[Stage, Truth] | SimbenchError]:
+    """Render one simulation by several of a scenario's cameras, one after another.
+
+    Traffic and scene are made once. The first camera decides about both: its dials are
+    reached, and it sees the target in the first frame. It is rendered even if its film
+    is not requested where dials are to be reached; a film is the same whichever others
+    are made with it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed : int
+    films : mapping from int to Film
+        By camera, 0 being the first.
+    progress : callable of (done, total), optional
+
+    Returns
+    -------
+    dict from int to (Stage, Truth) or SimbenchError
+        The error of a further camera that cannot film, such as one from which the
+        target is hidden in the first frame.
+
+    Raises
+    ------
+    ScenarioError, TrafficError, RenderError
+        See `render_with_dials`, of the first camera.
+    """
+    main, requested = scenario.filmed_from(0), scenario.dials.flat()
+    is_filmed = 0 in films or bool(requested)
+    order = ([0] if is_filmed else []) + sorted(films.keys() - {0})
+    results: dict[int, tuple[Stage, Truth] | SimbenchError] = {}
+
+    def film(stage: Stage, opened: OpenScene, number: int) -> tuple[Stage, Truth]:
+        def report(done: int, total: int) -> None:
+            if progress is not None:
+                progress(order.index(number) * total + done, len(order) * total)
+
+        one = films.get(number, Film(lambda *_: None))
+        truth = render_frames(
+            stage, one.keep, opened=opened, channels=one.channels, progress=report
         )
-        achieved = achieved_dials(truth, stage.scenario)
-        misses = missed_dials(scenario.dials, achieved)
-        error = misses.pop("occlusion.hidden", np.nan)
-        if misses or requested == 0 or not abs(error) < _CORRECTABLE:
+        return stage, truth
+
+    def film_all(stage: Stage, opened: OpenScene, is_last: bool) -> float:
+        """Return the error of the hidden share if another attempt can correct it."""
+        if is_filmed:
+            results[0] = _, truth = film(stage, opened, 0)
+            achieved = achieved_dials(truth, stage.scenario)
+            misses = missed_dials(scenario.dials, achieved)
+            error = misses.pop("occlusion.hidden", np.nan)
+            hidden = requested.get("occlusion.hidden")
+            is_correctable = not misses and hidden != 0 and abs(error) < _CORRECTABLE
+            if is_correctable and not is_last:
+                return error
+            require_reached(main, achieved)
+        else:
+            require_visible_start(stage, opened)
+        for number in sorted(films.keys() - {0}):
+            try:
+                results[number] = film(stage.filmed_from(number), opened, number)
+            except SimbenchError as error_there:
+                results[number] = error_there
+        return 0.0
+
+    correction = 0.0
+    for attempt in range(MAX_ATTEMPTS):
+        is_last = attempt == MAX_ATTEMPTS - 1
+
+        def use(stage: Stage, opened: OpenScene, is_last: bool = is_last) -> float:
+            return film_all(stage, opened, is_last)
+
+        error = use_in_view(main, seed, use, correction=correction)
+        if error == 0.0:
             break
         correction -= error
         logger.info("seed %d: rendered again, aim moved by %.3f", seed, correction)
-    require_reached(scenario, achieved)
-    return stage, truth
+    return {number: results[number] for number in films}
 
 
 def render_in_view(
     scenario: Scenario,
     seed: int,
-    keep: Callable[[int, NDArray[np.uint8]], None],
+    keep: Keep,
     *,
     frames: int | None = None,
-    correction: float = 0.0,
-    channels: ChannelRecorder | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Report | None = None,
 ) -> tuple[Stage, Truth]:
     """Render with the first traffic sample that shows the target in the first frame.
 
@@ -103,9 +204,6 @@ def render_in_view(
         Receives each finished image, see `simbench.render.render_frames.render_frames`.
     frames : int, optional
         Render only so many frames of the same scenario instance.
-    correction : float
-        See `simbench.generation.dials.solver.solve_dials`.
-    channels : ChannelRecorder, optional
     progress : callable of (done, total), optional
 
     Returns
@@ -113,6 +211,43 @@ def render_in_view(
     stage : Stage
         Of the rendered frames only.
     truth : Truth
+
+    Raises
+    ------
+    ScenarioError, TrafficError, RenderError
+        If the scenario cannot be simulated or rendered.
+    """
+
+    def use(stage: Stage, opened: OpenScene) -> tuple[Stage, Truth]:
+        if scenario.filmed_by:
+            require_visible_start(stage, opened)
+            stage = stage.filmed_from(scenario.filmed_by)
+        return stage, render_frames(stage, keep, opened=opened, progress=progress)
+
+    return use_in_view(scenario.filmed_from(0), seed, use, frames=frames)
+
+
+def use_in_view(
+    scenario: Scenario,
+    seed: int,
+    use: Callable[[Stage, OpenScene], T],
+    *,
+    frames: int | None = None,
+    correction: float = 0.0,
+) -> T:
+    """Solve, simulate and open a scenario, and return what ``use`` makes of it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    seed : int
+    use : callable of (stage, opened)
+        Refuses traffic that hides the target by a `TargetHiddenError`: another sample
+        follows.
+    frames : int, optional
+        Only so many frames of the stage.
+    correction : float
+        See `simbench.generation.dials.solver.solve_dials`.
 
     Raises
     ------
@@ -129,8 +264,8 @@ def render_in_view(
             stage = build_stage(solved, seed, skip=skip)
             skip = stage.trajectories.traffic_redraws + 1
             stage = stage.with_frames(slice(frames))
-            truth = render_frames(stage, keep, channels=channels, progress=progress)
-            return stage, truth
+            with open_scene(stage) as opened:
+                return use(stage, opened)
         except TrafficOccludesTargetError as error:
             unfit, skip = error, error.traffic_redraws + 1
         except TargetHiddenError as error:

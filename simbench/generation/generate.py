@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.core.errors import DatasetError
-from simbench.core.sequence import Sequence
+from simbench.core.errors import DatasetError, SimbenchError
+from simbench.core.sequence import Sequence, Truth
 from simbench.datasets.channels import (
     channels_in,
     clear_channels,
@@ -22,7 +22,7 @@ from simbench.datasets.channels import (
 )
 from simbench.datasets.native import FrameFolder, read_sequence, write_frame
 from simbench.datasets.native import write_sequence as write_description
-from simbench.generation.attempts import render_with_dials
+from simbench.generation.attempts import Film, render_views
 from simbench.generation.digests import (
     frame_digest,
     frames_digest,
@@ -34,8 +34,9 @@ from simbench.render.channel_recorder import ChannelRecorder
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.achieved_dials import achieved_dials
 from simbench.scenarios.schema import Scenario
+from simbench.scenarios.stage import Stage
 
-__all__ = ["finished_sequence", "generate", "sequence_digest"]
+__all__ = ["finished_sequence", "generate", "generate_views", "sequence_digest"]
 
 logger = logging.getLogger(__name__)
 
@@ -93,54 +94,116 @@ def generate(
     >>> sequence.frames[0].image.shape
     (120, 160, 3)
     """
-    if seed < 0:
-        raise ValueError(f"seed must be at least 0, got {seed}")
-    channels = require_known(channels)
     owner = None
     if out is None:
         owner = scratch_folder("sequence-")
         out = owner.name
-    out = Path(out)
+    camera = scenario.filmed_by
+    found = generate_views(
+        scenario, seed, {camera: Path(out)}, channels=channels, progress=progress
+    )[camera]
+    if isinstance(found, SimbenchError):
+        raise found
+    return found if owner is None else read_sequence(Path(out), owner=owner)
+
+
+def generate_views(
+    scenario: Scenario,
+    seed: int,
+    folders: Mapping[int, Path],
+    *,
+    channels: Iterable[str] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[int, Sequence | SimbenchError]:
+    """Simulate once, and write a sequence for each of several cameras.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With ``cameras``; which one ``filmed_by`` names does not matter.
+    seed : int
+    folders : mapping from int to Path
+        Where to write, by camera, 0 being the first. Each sequence is that of
+        `generate` with the scenario filmed from that camera.
+    channels, progress
+        See `generate`.
+
+    Returns
+    -------
+    dict from int to Sequence or SimbenchError
+        The error of a further camera that cannot film.
+
+    Raises
+    ------
+    ScenarioError, TrafficError, RenderError, DatasetError, ValueError
+        See `generate`.
+    """
+    if seed < 0:
+        raise ValueError(f"seed must be at least 0, got {seed}")
+    channels = require_known(channels)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
-    _clear(out)
+    images: dict[int, dict[int, bytes]] = {camera: {} for camera in folders}
 
-    images: dict[int, bytes] = {}
+    def film(camera: int, folder: Path) -> Film:
+        def keep(index: int, image: NDArray[np.uint8]) -> None:
+            images[camera][index] = frame_digest(image)
+            write_frame(folder, index, image)
 
-    def keep(index: int, image: NDArray[np.uint8]) -> None:
-        images[index] = frame_digest(image)
-        write_frame(out, index, image)
+        _clear(folder)
+        write = partial(write_channel, folder)
+        return Film(keep, ChannelRecorder(channels, write) if channels else None)
 
-    write = partial(write_channel, out)
-    recorder = ChannelRecorder(channels, write) if channels else None
-    stage, truth = render_with_dials(
-        scenario, seed, keep, channels=recorder, progress=progress
-    )
-    imaging = stage.scenario.imaging
+    films = {camera: film(camera, folder) for camera, folder in folders.items()}
+    rendered = render_views(scenario, seed, films, progress=progress)
+    return {
+        camera: found
+        if isinstance(found, SimbenchError)
+        else _write(
+            scenario.filmed_from(camera),
+            *found,
+            folder=folders[camera],
+            images=images[camera],
+            channels=channels,
+        )
+        for camera, found in rendered.items()
+    }
+
+
+def _write(
+    scenario: Scenario,
+    stage: Stage,
+    truth: Truth,
+    *,
+    folder: Path,
+    images: Mapping[int, bytes],
+    channels: tuple[str, ...],
+) -> Sequence:
+    """Write the description of a rendered sequence, and read it."""
+    imaging, camera = stage.scenario.imaging, scenario.filmed_by
     sequence = Sequence(
-        name=scenario.name,
-        frames=FrameFolder(out, stage.trajectories.times),
+        name=f"{scenario.name}-cam{camera}" if camera else scenario.name,
+        frames=FrameFolder(folder, stage.trajectories.times),
         truth=truth,
         width=imaging.width_px,
         height=imaging.height_px,
-        seed=seed,
+        seed=stage.seed,
         cameras=stage.cameras,
         lane_changes=stage.trajectories.lane_changes,
-        requested=scenario.dials.flat(),
+        requested={} if camera else scenario.dials.flat(),
         achieved=achieved_dials(truth, stage.scenario),
         scenario=scenario.model_dump(mode="json"),
-        digest=sequence_digest(scenario, seed),
+        digest=sequence_digest(scenario, stage.seed),
         traffic_redraws=stage.trajectories.traffic_redraws,
         made_with=made_with(),
-        channels=channels_in(out, channels, len(stage.cameras)),
+        channels=channels_in(folder, channels, len(stage.cameras)),
     )
     digests = {
         "trajectories": trajectories_digest(stage.trajectories),
         **truth_digests(sequence),
         "frames": frames_digest(images[index] for index in range(len(sequence))),
     }
-    sequence = replace(sequence, digests=digests)
-    write_description(out, sequence)
-    return read_sequence(out, owner=owner)
+    write_description(folder, replace(sequence, digests=digests))
+    return read_sequence(folder)
 
 
 def finished_sequence(folder: Path, scenario: Scenario, seed: int) -> Sequence | None:

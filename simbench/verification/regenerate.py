@@ -209,6 +209,8 @@ def _job(
         split=how["split"],
         channels=tuple(how["channels"]),
         place="",
+        camera=scenario.filmed_by,
+        cameras=1 + len(scenario.cameras),
     )
 
 

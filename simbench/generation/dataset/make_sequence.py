@@ -1,4 +1,4 @@
-"""Generate one sequence of a data set, write it in a layout and deliver it.
+"""Generate the sequences of one simulation, write them in a layout, deliver them.
 
 What a data set holds beside its layout::
 
@@ -30,6 +30,7 @@ from typing import Any, Literal
 import cv2
 
 from simbench.core.errors import SimbenchError, one_line
+from simbench.core.sequence import Sequence
 from simbench.datasets.card import summary_of
 from simbench.datasets.channels import write_channels
 from simbench.datasets.formats import find_format
@@ -45,6 +46,7 @@ __all__ = [
     "SequenceJob",
     "deliver",
     "make_sequence",
+    "make_sequences",
     "own_folders",
     "put_json",
     "put_text",
@@ -68,6 +70,9 @@ class SequenceJob:
         Digest of all that decides its files.
     scenario : Scenario
     seed : int
+    camera, cameras : int
+        Which camera films it, 0 being the first, and how many there are: where the
+        scenario has fewer, more are sampled.
     layout, split : str
         See `simbench.datasets.formats.find_format`; an empty split is the layout's own.
     channels : tuple of str
@@ -91,18 +96,26 @@ class SequenceJob:
     place: str
     local_folder: Path | None = None
     replaces: tuple[str, ...] = ()
+    camera: int = 0
+    cameras: int = 1
 
 
-def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
-    """Generate one sequence and deliver it.
+def make_sequences(
+    jobs: tuple[SequenceJob, ...], report: ReportProgress
+) -> list[tuple[Result, str]]:
+    """Generate the sequences that cameras make of one simulation; deliver them.
 
     Parameters
     ----------
-    job : SequenceJob
+    jobs : tuple of SequenceJob
+        Of one scenario and seed; their cameras differ.
     report : callable of (done, total)
 
     Returns
     -------
+    list of (result, reason)
+        Of each job.
+
     result : {"made", "failed", "stop"}
         ``failed`` where the scenario cannot be simulated, rendered or written in the
         layout; ``stop`` where all other sequences would fail too: the disk is full, or
@@ -111,20 +124,48 @@ def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str
         One line that says why it was not made.
     """
     cv2.setNumThreads(1)
-    is_made = False
+    with scratch_folder("made-") as scratch:
+        try:
+            found = _generate(jobs, Path(scratch), report)
+        except (SimbenchError, OSError) as error:
+            return [_failure(error)] * len(jobs)
+        return [
+            _hand_over(job, Path(scratch), one)
+            for job, one in zip(jobs, found, strict=True)
+        ]
+
+
+def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
+    """Generate one sequence and deliver it, see `make_sequences`."""
+    (result,) = make_sequences((job,), report)
+    return result
+
+
+def _hand_over(
+    job: SequenceJob, scratch: Path, sequence: Sequence | SimbenchError
+) -> tuple[Result, str]:
+    """Write a generated sequence in its layout, and deliver it."""
+    if isinstance(sequence, SimbenchError):
+        return _failure(sequence)
+    is_written = False
     try:
-        with scratch_folder("made-") as scratch:
-            root = Path(scratch) / "root"
-            _generate(job, Path(scratch) / "sequence", root, report)
-            is_made = True
-            if job.local_folder is None:
-                deliver(root, open_store(job.place), job)
-            else:
-                root.rename(job.local_folder)
+        root = scratch / f"root-{job.camera}"
+        _write(job, sequence, root)
+        is_written = True
+        if job.local_folder is None:
+            deliver(root, open_store(job.place), job)
+        else:
+            root.rename(job.local_folder)
     except (SimbenchError, OSError) as error:
-        reason = str(error) if isinstance(error, SimbenchError) else one_line(error)
-        return "stop" if is_made or _is_disk_fault(error) else "failed", reason
+        return _failure(error, stops=is_written)
     return "made", ""
+
+
+def _failure(
+    error: SimbenchError | OSError, *, stops: bool = False
+) -> tuple[Result, str]:
+    reason = str(error) if isinstance(error, SimbenchError) else one_line(error)
+    return "stop" if stops or _is_disk_fault(error) else "failed", reason
 
 
 def deliver(root: Path, store: Store, job: SequenceJob) -> None:
@@ -208,16 +249,27 @@ def _sha256(path: Path) -> str:
 
 
 def _generate(
-    job: SequenceJob, folder: Path, root: Path, report: ReportProgress
-) -> None:
-    """Generate a sequence and write it below ``root`` in its layout, with its entry."""
+    jobs: tuple[SequenceJob, ...], scratch: Path, report: ReportProgress
+) -> list[Sequence | SimbenchError]:
+    """Generate the sequences of one scenario and seed."""
     # here, so that the parent process loads neither simulator nor renderer
-    from simbench.generation.generate import generate
+    from simbench.generation.generate import generate_views
+    from simbench.generation.more_cameras import with_cameras
 
-    root.mkdir()
-    sequence = generate(
-        job.scenario, job.seed, folder, channels=job.channels, progress=report
+    first = jobs[0]
+    scenario = first.scenario
+    if first.cameras != 1 + len(scenario.cameras):
+        scenario = with_cameras(scenario, first.seed, first.cameras)
+    folders = {job.camera: scratch / f"sequence-{job.camera}" for job in jobs}
+    found = generate_views(
+        scenario, first.seed, folders, channels=first.channels, progress=report
     )
+    return [found[job.camera] for job in jobs]
+
+
+def _write(job: SequenceJob, sequence: Sequence, root: Path) -> None:
+    """Write a sequence below ``root`` in its layout, with its entry."""
+    root.mkdir()
     layout = find_format(job.layout, job.split or None)
     in_layout = layout.write(sequence, job.name, root)
     write_truth_tables(sequence, root / "truth" / job.name)
@@ -226,7 +278,7 @@ def _generate(
     entry = {
         "name": job.name,
         "key": job.key,
-        "scenario": job.scenario.model_dump(mode="json"),
+        "scenario": sequence.scenario,
         "seed": job.seed,
         "digests": dict(sequence.digests),
         "summary": summary_of(sequence),

@@ -2,8 +2,8 @@
 
 A repeated call continues where it was interrupted: sequences with an entry (see
 `simbench.generation.dataset.make_sequence`) are kept, unfinished ones are removed and
-generated again. No process holds, in memory or on its disk, more frames than those of
-the sequence it is generating.
+generated again. No process holds, on its disk, more frames than those of the sequences
+of one simulation, and in memory more than a few.
 """
 
 from __future__ import annotations
@@ -13,15 +13,17 @@ import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.datasets.store import FolderStore, Store, open_store
 from simbench.generation.dataset.index import index_files
 from simbench.generation.dataset.make_sequence import (
+    Result,
     SequenceJob,
     deliver,
-    make_sequence,
+    make_sequences,
     put_json,
     put_text,
 )
@@ -160,17 +162,21 @@ class _ProductionState:
     def __post_init__(self) -> None:
         finished = self.existing.finished
         self.kept = len(finished)
-        self.waiting = (one for one in self.request if one.name not in finished)
+        waiting = (one for one in self.request if one.name not in finished)
+        self.waiting = groupby(waiting, lambda one: (one.recipe.label, one.seed))
 
     def next_job(self) -> Job | None:
-        for sequence in self.waiting:
+        for _, group in self.waiting:
+            sequences = list(group)
             try:
-                job = self.sequence_job(sequence)
+                jobs = tuple(map(self.sequence_job, sequences))
             except SimbenchError as error:  # sampled values that contradict each other
-                self.failed[sequence.name] = str(error)
+                self.failed |= {sequence.name: str(error) for sequence in sequences}
                 continue
-            limit_s = generation_limit_s(max_rendered_frames(job.scenario))
-            return Job(job.name, "generate", make_sequence, (job,), limit_s)
+            # to reach dials, the first camera films even if only another is missing
+            films = len(jobs) + (jobs[0].camera > 0)
+            limit_s = generation_limit_s(films * max_rendered_frames(jobs[0].scenario))
+            return Job(jobs[0].name, "generate", make_sequences, (jobs,), limit_s)
         return None
 
     def sequence_job(self, sequence: SequenceRequest) -> SequenceJob:
@@ -186,12 +192,18 @@ class _ProductionState:
             place=self.store.address,
             local_folder=self.scratch / sequence.name if is_private else None,
             replaces=tuple(self.existing.to_replace.get(sequence.name, ())),
+            camera=sequence.camera,
+            cameras=sequence.cameras,
         )
 
     def finish(self, event: JobEvent) -> None:
-        (job,) = event.job.arguments
+        (jobs,) = event.job.arguments
         is_done = event.kind == "done"
-        result, reason = event.value if is_done else ("failed", event.value)
+        results = event.value if is_done else [("failed", event.value)] * len(jobs)
+        for job, (result, reason) in zip(jobs, results, strict=True):
+            self._finish_sequence(job, result, reason)
+
+    def _finish_sequence(self, job: SequenceJob, result: Result, reason: str) -> None:
         if result == "stop":
             raise DatasetError(reason)
         if result == "failed":

