@@ -11,8 +11,8 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat attack statistics bench bench-before lint format \
-    house clean
+.PHONY: demo test test-all test-compat attack oracle statistics bench bench-before \
+    lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -39,6 +39,10 @@ attack: .venv/developer
 # coverage, power and false alarms by simulation; the tables are in results/statistics.md
 statistics: .venv/developer
 	$(BIN)/python -m tests.statistics
+
+# an independent ray caster sees the library; the table is in results/oracle.md
+oracle: .venv/developer
+	$(BIN)/python -m tests.verification.library_oracle $(JOBS)
 
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed

@@ -29,6 +29,7 @@ HIDDEN_FROM = {room: {"trackers"} for room in ("render", "datasets", "generation
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 ONLY_THERE = {
     "distributed": {"simbench.runtime.cluster"},
+    "embreex": {"simbench.verification.ray_caster"},
     "fsspec": {"simbench.datasets.store", "simbench.datasets.lease_file"},
     "libsumo": {
         "simbench.scenarios.network.sumo_process",
@@ -154,6 +155,7 @@ def test_rule_holds_between_neighbours_of_the_order(level: int) -> None:
         ),
         pytest.param("simbench.render.truth", "import libsumo as ls", id="libsumo"),
         pytest.param("simbench.cli", "from OpenGL.GL import glClear", id="OpenGL"),
+        pytest.param("simbench.render.truth", "import embreex", id="Embree"),
     ],
 )
 def test_rule_finds_an_import_that_points_up(module: str, source: str) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import Final
 
 from simbench.core.errors import DatasetError
 from simbench.datasets.store import Store, open_store
@@ -16,17 +14,27 @@ from simbench.datasets.stored_files import read_files
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.dataset.manifest import MANIFEST, EntryFile, read_manifest
 from simbench.runtime.limits import generation_limit_s
-from simbench.runtime.pool import Job
+from simbench.runtime.pool import Job, JobEvent
 from simbench.runtime.run_jobs import Progress, run_all
 from simbench.verification.difference import VerificationResult
+from simbench.verification.oracle import OracleResult, cast_recorded
+from simbench.verification.ray_caster import require_embree
 from simbench.verification.regenerate import (
     Recorded,
     in_dataset,
     in_folder,
     verify_sequence,
 )
+from simbench.verification.spacing import evenly_spaced
 
-__all__ = ["RecordedSequence", "evenly_spaced", "find_recorded_sequences", "verify"]
+__all__ = [
+    "RecordedSequence",
+    "find_recorded_sequences",
+    "verify",
+    "verify_by_rays",
+]
+
+_CAST_LIMIT_S: Final = 30.0  # a frame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,13 +137,6 @@ def _frames_in(folder: Path) -> int:
     return sum(1 for _ in (folder / "frames").glob("*.png"))
 
 
-def evenly_spaced(items: Sequence[Any], count: int | None) -> Sequence[Any]:
-    """Return ``count`` of some items, evenly spaced; all where None or more."""
-    if count is None or count >= len(items):
-        return items
-    return [items[i] for i in np.linspace(0, len(items) - 1, count).round().astype(int)]
-
-
 def verify(
     sequences: Iterable[RecordedSequence],
     *,
@@ -159,11 +160,77 @@ def verify(
     """
     order = list(sequences)
 
+    def make_job(sequence: RecordedSequence, scratch: Path) -> Job:
+        arguments = (sequence.name, sequence.read, scratch)
+        limit_s = generation_limit_s(sequence.count_frames())
+        return Job(sequence, "generate", verify_sequence, arguments, limit_s)
+
+    events = _run(order, make_job, jobs, progress)
+    return [
+        event.value
+        if event.kind == "done"
+        else VerificationResult(event.job.name.name, (), event.value)
+        for event in events
+    ]
+
+
+def verify_by_rays(
+    sequences: Iterable[RecordedSequence],
+    frames: int,
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> list[OracleResult]:
+    """Render sequences again, and compare their truth with rays cast at the meshes.
+
+    Parameters
+    ----------
+    sequences : iterable of RecordedSequence
+        See `find_recorded_sequences`.
+    frames : int
+        How many frames of each, evenly spaced.
+    jobs, progress
+        As of `verify`.
+
+    Returns
+    -------
+    list of OracleResult
+        One a sequence, in their order.
+
+    Raises
+    ------
+    SimbenchError
+        If Embree is not installed.
+    """
+    require_embree()
+    order = list(sequences)
+
+    def make_job(sequence: RecordedSequence, _: Path) -> Job:
+        arguments = (sequence.name, sequence.read, frames)
+        count = sequence.count_frames()
+        limit_s = generation_limit_s(count) + _CAST_LIMIT_S * min(frames, count)
+        return Job(sequence, "generate", cast_recorded, arguments, limit_s)
+
+    events = _run(order, make_job, jobs, progress)
+    return [
+        event.value
+        if event.kind == "done"
+        else OracleResult(event.job.name.name, fault=event.value)
+        for event in events
+    ]
+
+
+def _run(
+    order: list[RecordedSequence],
+    make_job: Callable[[RecordedSequence, Path], Job],
+    jobs: int,
+    progress: Progress | None,
+) -> list[JobEvent]:
+    """Run a job for each sequence, given a free name; return their last events."""
+
     def make_jobs(scratch: Path) -> Iterator[Job]:
         for number, sequence in enumerate(order):
-            arguments = (sequence.name, sequence.read, scratch / str(number))
-            limit_s = generation_limit_s(sequence.count_frames())
-            yield Job(sequence, "generate", verify_sequence, arguments, limit_s)
+            yield make_job(sequence, scratch / str(number))
 
     def report(ended: int, running: Mapping[RecordedSequence, float]) -> None:
         if progress is not None:
@@ -172,9 +239,4 @@ def verify(
             progress(done, len(order), f"generating again: {name}")
 
     events = run_all(make_jobs, jobs, report)
-    return [
-        events[sequence].value
-        if events[sequence].kind == "done"
-        else VerificationResult(sequence.name, (), events[sequence].value)
-        for sequence in order
-    ]
+    return [events[sequence] for sequence in order]

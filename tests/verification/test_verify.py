@@ -31,11 +31,8 @@ from simbench.generation.digests import (
 from simbench.verification.compare_sequences import compare_sequences
 from simbench.verification.difference import Difference, VerificationResult
 from simbench.verification.regenerate import folder_files
-from simbench.verification.verify import (
-    evenly_spaced,
-    find_recorded_sequences,
-    verify,
-)
+from simbench.verification.spacing import evenly_spaced
+from simbench.verification.verify import find_recorded_sequences, verify
 from tests.tiny_sequence import tiny_sequence
 
 Change = Callable[[Path], None]
