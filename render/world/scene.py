@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,16 +124,39 @@ def build_scene(stage: Stage) -> Scene:
     )
 
 
+_last: dict[str, StaticScene] = {}
+"""The last static scene by what it is made of: dial solvers ask for it again."""
+
+
 def _static_scene(stage: Stage, rng: np.random.Generator) -> StaticScene:
     scenario, line = stage.scenario, stage.line
     eyes = np.stack([camera.position for path in stage.all_paths for camera in path])
-    if isinstance(scenario.road, Floor):
-        return floor_scene(scenario.road.floor, scenario.surroundings, eyes, rng)
     if stage.network is not None:
         return network_scene(stage, stage.network, eyes, rng)
-    if not isinstance(line, RoadLine):
-        raise RenderError(f"{scenario.name}: expected a road to render, got none")
-    return highway_scene(stage, line, eyes, rng)
+    key = _static_key(stage, eyes)
+    if key not in _last:
+        if isinstance(scenario.road, Floor):
+            plan = scenario.road.floor
+            made = floor_scene(plan, scenario.surroundings, eyes, rng)
+        elif isinstance(line, RoadLine):
+            made = highway_scene(stage, line, eyes, rng)
+        else:
+            raise RenderError(f"{scenario.name}: expected a road to render, got none")
+        _last.clear()
+        _last[key] = made
+    return _last[key]
+
+
+def _static_key(stage: Stage, eyes: NDArray[np.float64]) -> str:
+    """Return the digest of all that decides a static scene without a network."""
+    scenario = stage.scenario
+    views = scenario.camera, *scenario.cameras
+    parts: list[object] = [scenario.road, scenario.surroundings, scenario.seeds]
+    parts += [stage.seed, [view.motion for view in views]]
+    parts += [path[0].rotation.tolist() for path in stage.all_paths]
+    digest = hashlib.sha256(repr(parts).encode())
+    digest.update(np.ascontiguousarray(eyes).data)
+    return digest.hexdigest()
 
 
 def vehicle_poses(

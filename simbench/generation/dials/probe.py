@@ -21,6 +21,7 @@ from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.truth import amodal_boxes
 from simbench.render.world.mesh import Mesh, box, merge
 from simbench.render.world.occluder_meshes import occluder_mesh
+from simbench.render.world.projection import clip_matrix, covering_window
 from simbench.render.world.scene import FIRST_VEHICLE_ID, build_scene, vehicle_poses
 from simbench.render.world.vehicles import body
 from simbench.scenarios.geometry.road import RoadLine
@@ -33,6 +34,8 @@ __all__ = ["FrameOcclusion", "OcclusionProbe", "target_boxes", "target_not_visib
 
 _WINDOW = 96
 """Samples along each side of the window: a hidden share is exact to about 1 %."""
+_CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T
+"""Of a box: which end of each axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,17 +154,19 @@ class OcclusionProbe:
             NaN in frames that do not show the target.
         """
         shares = np.full(len(frames), np.nan)
-        self._trial_camera.replace_static_objects(
-            self._bodies(self.placed(occluders), first)
-        )
+        meshes = self._bodies(self.placed(occluders), first)
+        whole = merge(meshes) if meshes else self._bare.static_objects
+        self._trial_camera.replace_static_objects(whole)
         for number, frame in enumerate(frames):
             if np.isnan(self.boxes[frame, 0]):
                 continue
             scene = self.frame_occlusion(frame)
-            ids = self._ids(self._trial_camera, frame)
-            behind = (ids > 0) & (ids < FIRST_VEHICLE_ID) & scene.target
-            covered = np.sum(scene.hidden | behind)
-            shares[number] = covered / max(1, scene.target.sum())
+            covered = scene.hidden
+            if self._may_hide(meshes, frame):
+                ids = self._ids(self._trial_camera, frame)
+                behind = (ids > 0) & (ids < FIRST_VEHICLE_ID) & scene.target
+                covered = scene.hidden | behind
+            shares[number] = covered.sum() / max(1, scene.target.sum())
         return shares
 
     def hidden_by_vehicle(
@@ -225,7 +230,18 @@ class OcclusionProbe:
         scenario = stage.scenario.model_copy(update={"occluders": tuple(occluders)})
         return place_occluders(scenario, stage.line, stage.trajectories, stage.cameras)
 
-    def _bodies(self, placed: Sequence[PlacedOccluder], first: int) -> Mesh:
+    def _may_hide(self, meshes: Sequence[Mesh], frame: int) -> bool:
+        """Whether any of some meshes may cover a sample of the window of a frame."""
+        clip = clip_matrix(self._view(frame))
+        for mesh in meshes:
+            ends = np.stack([mesh.positions.min(axis=0), mesh.positions.max(axis=0)])
+            corners = ends.astype(np.float64)[_CORNERS, np.arange(3)]
+            left, top, right, bottom = covering_window(clip, corners, _WINDOW, _WINDOW)
+            if left < right and top < bottom:
+                return True
+        return False
+
+    def _bodies(self, placed: Sequence[PlacedOccluder], first: int) -> list[Mesh]:
         stage, bodies = self.stage, []
         season = stage.scenario.surroundings.season
         for number, occluder in enumerate(placed, start=first):
@@ -233,7 +249,7 @@ class OcclusionProbe:
             index = len(stage.occluders) + number + 1
             rng = generator(stage.scenario, stage.seed, "scenery", index)
             bodies.append(occluder_mesh(occluder, stage.line, season, rng).with_id(2))
-        return merge(bodies) if bodies else self._bare.static_objects
+        return bodies
 
     def _ids(self, camera: SceneRenderer, frame: int) -> NDArray[np.uint16]:
         """Return the ids in the window of a frame that shows the target."""
