@@ -19,13 +19,13 @@ def _make_lazy(package: str) -> None:
     """Register a package whose own code runs at the first use of one of its names."""
     if package in sys.modules or (spec := importlib.util.find_spec(package)) is None:
         return
-    module = importlib.util.module_from_spec(spec)
+    module, loader = importlib.util.module_from_spec(spec), spec.loader
 
     def load(name: str) -> Any:
-        if name.startswith("__") or spec.loader is None:
+        if name.startswith("__") or loader is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         del module.__dict__["__getattr__"]
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
         return getattr(module, name)
 
     module.__dict__["__getattr__"] = load

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
@@ -134,56 +134,80 @@ def render_views(
     ScenarioError, TrafficError, RenderError
         See `render_with_dials`, of the first camera.
     """
-    main, requested = scenario.filmed_from(0), scenario.dials.flat()
-    is_filmed = 0 in films or bool(requested)
-    order = ([0] if is_filmed else []) + sorted(films.keys() - {0})
-    results: dict[int, tuple[Stage, Truth] | SimbenchError] = {}
-
-    def film(stage: Stage, opened: OpenScene, number: int) -> tuple[Stage, Truth]:
-        def report(done: int, total: int) -> None:
-            if progress is not None:
-                progress(order.index(number) * total + done, len(order) * total)
-
-        one = films.get(number, Film(lambda *_: None))
-        truth = render_frames(
-            stage, one.keep, opened=opened, channels=one.channels, progress=report
-        )
-        return stage, truth
-
-    def film_all(stage: Stage, opened: OpenScene, is_last: bool) -> float:
-        """Return the error of the hidden share if another attempt can correct it."""
-        if is_filmed:
-            results[0] = _, truth = film(stage, opened, 0)
-            achieved = achieved_dials(truth, stage.scenario)
-            misses = missed_dials(scenario.dials, achieved)
-            error = misses.pop("occlusion.hidden", np.nan)
-            hidden = requested.get("occlusion.hidden")
-            is_correctable = not misses and hidden != 0 and abs(error) < _CORRECTABLE
-            if is_correctable and not is_last:
-                return error
-            require_reached(main, achieved)
-        else:
-            require_visible_start(stage, opened)
-        for number in sorted(films.keys() - {0}):
-            try:
-                results[number] = film(stage.filmed_from(number), opened, number)
-            except SimbenchError as error_there:
-                results[number] = error_there
-        return 0.0
-
+    session = _Session(scenario, films, progress)
     correction = 0.0
     for attempt in range(MAX_ATTEMPTS):
-        is_last = attempt == MAX_ATTEMPTS - 1
-
-        def use(stage: Stage, opened: OpenScene, is_last: bool = is_last) -> float:
-            return film_all(stage, opened, is_last)
-
-        error = use_in_view(main, seed, use, correction=correction)
+        session.is_last = attempt == MAX_ATTEMPTS - 1
+        main = scenario.filmed_from(0)
+        error = use_in_view(main, seed, session.film_all, correction=correction)
         if error == 0.0:
             break
         correction -= error
         logger.info("seed %d: rendered again, aim moved by %.3f", seed, correction)
-    return {number: results[number] for number in films}
+    return {number: session.results[number] for number in films}
+
+
+@dataclass
+class _Session:
+    """The films of a scenario's cameras, made one after another of one open scene."""
+
+    scenario: Scenario
+    films: Mapping[int, Film]
+    progress: Report | None
+    is_last: bool = False
+    results: dict[int, tuple[Stage, Truth] | SimbenchError] = field(
+        default_factory=dict
+    )
+
+    def __post_init__(self) -> None:
+        self.requested = self.scenario.dials.flat()
+        is_filmed = 0 in self.films or bool(self.requested)
+        self.further = sorted(self.films.keys() - {0})
+        self.order = [0, *self.further] if is_filmed else self.further
+
+    def film_all(self, stage: Stage, opened: OpenScene) -> float:
+        """Film a stage by all cameras, unless another attempt can come closer.
+
+        Returns
+        -------
+        float
+            The error of the hidden share that another attempt can correct, or 0.
+        """
+        if self.order[0] == 0:
+            _, truth = self.results[0] = self._film(stage, opened)
+            achieved = achieved_dials(truth, stage.scenario)
+            error = self._correctable_error(achieved)
+            if error and not self.is_last:
+                return error
+            require_reached(self.scenario, achieved)
+        else:
+            require_visible_start(stage, opened)
+        for number in self.further:
+            try:
+                self.results[number] = self._film(stage.filmed_from(number), opened)
+            except SimbenchError as unfit:
+                self.results[number] = unfit
+        return 0.0
+
+    def _correctable_error(self, achieved: dict[str, float]) -> float:
+        misses = missed_dials(self.scenario.dials, achieved)
+        error = misses.pop("occlusion.hidden", 0.0)
+        is_sought = bool(self.requested.get("occlusion.hidden")) and not misses
+        return error if is_sought and abs(error) < _CORRECTABLE else 0.0
+
+    def _film(self, stage: Stage, opened: OpenScene) -> tuple[Stage, Truth]:
+        number = stage.scenario.filmed_by
+        place, count = self.order.index(number), len(self.order)
+
+        def report(done: int, total: int) -> None:
+            if self.progress is not None:
+                self.progress(place * total + done, count * total)
+
+        film = self.films.get(number, Film(lambda *_: None))
+        truth = render_frames(
+            stage, film.keep, opened=opened, channels=film.channels, progress=report
+        )
+        return stage, truth
 
 
 def render_in_view(

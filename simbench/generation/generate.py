@@ -140,7 +140,7 @@ def generate_views(
     """
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
-    channels = require_known(channels)
+    recorded = require_known(channels)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
     images: dict[int, dict[int, bytes]] = {camera: {} for camera in folders}
 
@@ -151,7 +151,7 @@ def generate_views(
 
         _clear(folder)
         write = partial(write_channel, folder)
-        return Film(keep, ChannelRecorder(channels, write) if channels else None)
+        return Film(keep, ChannelRecorder(recorded, write) if recorded else None)
 
     films = {camera: film(camera, folder) for camera, folder in folders.items()}
     rendered = render_views(scenario, seed, films, progress=progress)
@@ -163,7 +163,7 @@ def generate_views(
             *found,
             folder=folders[camera],
             images=images[camera],
-            channels=channels,
+            channels=recorded,
         )
         for camera, found in rendered.items()
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +131,9 @@ def _candidate(stage: Stage, rng: np.random.Generator) -> CameraSettings:
     fov = min(max(first.fov_rad * rng.uniform(0.7, 1.5), 0.02), 2.0)
     is_turned = rng.random() < 0.4
     is_moving = first.motion in ("follow", "drive")
-    motion = "follow" if is_moving else "pan" if is_turned else "still"
+    motion: Literal["follow", "pan", "still"] = "pan" if is_turned else "still"
+    if is_moving:
+        motion = "follow"
 
     level = distance * math.cos(elevation)
     height = distance * math.sin(elevation)

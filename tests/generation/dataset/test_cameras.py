@@ -51,7 +51,7 @@ def _produce(
 ) -> ProductionResult:
     recipes = (SeededRecipe(_recipe(*cameras), (0, 1)),)
     request = DatasetRequest(recipes, layout, cameras=count)
-    return produce_dataset(request, str(place), command="as typed")
+    return produce_dataset(request, str(place), command="as typed", jobs=0)
 
 
 def _names(place: Path) -> list[str]:
