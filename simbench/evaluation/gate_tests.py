@@ -192,16 +192,12 @@ def _max_tests(scaled: Sequence[Floats], flips: int) -> tuple[Floats, Floats]:
     table = np.concatenate(scaled)
     unknown = ~np.isfinite(table).all(axis=0)
     table = np.where(unknown, 0.0, table)
-    counts = [len(part) for part in scaled]
-    edges = np.cumsum([0, *counts])
-    places = [slice(0, len(table))]
-    if len(scaled) > 1:
-        places += [slice(a, b) for a, b in pairwise(edges)]
-    found = _standardised(np.ones((1, len(table))), table, places)[0]
+    edges = np.cumsum([0, *map(len, scaled)]).tolist()
+    found = _standardised(np.ones((1, len(table))), table, edges)[0]
     extreme = np.zeros((2, *found.shape))
     total = 0
     for signs in random_signs(len(table), flips):
-        sums = _standardised(signs, table, places)
+        sums = _standardised(signs, table, edges)
         for index, direction in enumerate((-1.0, 1.0)):
             most = _directed(sums, direction).reshape(len(sums), -1).max(axis=1)
             bar = _directed(found[None], direction)[0] - _ROUND_OFF
@@ -211,17 +207,15 @@ def _max_tests(scaled: Sequence[Floats], flips: int) -> tuple[Floats, Floats]:
     return np.where(unknown, 0.0, falls), np.where(unknown, 1.0, rises)
 
 
-def _standardised(
-    signs: Floats, table: Floats, places: Sequence[slice]
-) -> NDArray[np.float64]:
-    """Return signed sums by flip, place and measure, of unit variance."""
-    return np.stack(
-        [
-            signs[:, place] @ table[place] / math.sqrt(place.stop - place.start)
-            for place in places
-        ],
-        axis=1,
-    )
+def _standardised(signs: Floats, table: Floats, edges: Sequence[int]) -> Floats:
+    """Return signed sums of unit variance, (flips, 1 + scenarios, measures).
+
+    The first is over all scenarios; it is the only one where there is one scenario.
+    """
+    parts = [signs[:, a:b] @ table[a:b] for a, b in pairwise(edges)]
+    sums = np.stack([sum(parts[1:], parts[0]), *parts], axis=1)
+    sums /= np.sqrt([edges[-1], *np.diff(edges)])[:, None]
+    return sums if len(parts) > 1 else sums[:, :1]
 
 
 def _directed(sums: Floats, direction: float) -> Floats:

@@ -228,14 +228,16 @@ class Curve:
     ----------
     mean : (K,) float
         NaN where no seed has a value.
-    sd : (K,) float
-        Sample standard deviation over seeds; 0 for a single seed.
+    low, high : (K,) float
+        95 % interval of the mean; with fewer than
+        `simbench.evaluation.intervals.LEAST_COUNT` seeds the range over them.
     count : int
         Number of seeds.
     """
 
     mean: NDArray[np.float64]
-    sd: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
     count: int
 
 
@@ -278,8 +280,10 @@ def curve(
         if found is not None:
             by_seed.setdefault(run.seed, []).append(found)
     if not by_seed:
-        return Curve(np.full_like(zeros, np.nan), zeros, 0)
+        unknown = np.full_like(zeros, np.nan)
+        return Curve(unknown, unknown, unknown, 0)
     curves = np.array([np.mean(one, axis=0) for one in by_seed.values()])
-    count = len(curves)
-    sd = curves.std(axis=0, ddof=1) if count > 1 else zeros
-    return Curve(curves.mean(axis=0), sd, count)
+    low, high = curves.min(axis=0), curves.max(axis=0)
+    if len(curves) >= LEAST_COUNT:
+        low, high = share_interval(curves.T)
+    return Curve(curves.mean(axis=0), low, high, len(curves))

@@ -52,8 +52,10 @@ def film_store(path: Path | None = None) -> Iterator[Path]:
                 raise
             yield Path(stack.enter_context(scratch_folder("films-")))
             return
-        yield store.absolute()
-        remove_unused(store)
+        try:
+            yield store.absolute()
+        finally:  # also where a command ends with a status of its own
+            remove_unused(store)
 
 
 def mark_used(film: Path) -> None:

@@ -36,7 +36,7 @@ _MIN_ERROR_PX: Final = 0.1  # a logarithmic axis has no zero
 
 
 def success(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
-    """Return the success curves: mean over seeds, band of one standard deviation."""
+    """Return the success curves: mean over seeds and the band of its interval."""
     bounds = measures.SUCCESS_THRESHOLDS
     traces = _curves(section, styles, "overlap", measures.success_curve, bounds)
     layout = base_layout("overlap threshold", "share of frames", 340)
@@ -46,7 +46,7 @@ def success(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
 
 
 def precision(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
-    """Return the precision curves: mean over seeds, band of one standard deviation."""
+    """Return the precision curves: mean over seeds and the band of its interval."""
     column, bounds = "center_error_px", measures.PRECISION_THRESHOLDS
     traces = _curves(section, styles, column, measures.precision_curve, bounds)
     layout = base_layout("centre error threshold [px]", "share of frames", 340)
@@ -184,9 +184,7 @@ def _curves(
             continue
         style = styles[tracker]
         if over.count > 1:
-            high = np.minimum(over.mean + over.sd, 1.0)
-            low = np.maximum(over.mean - over.sd, 0.0)
-            bands.append(band(tracker, style, thresholds, low, high))
+            bands.append(band(tracker, style, thresholds, over.low, over.high))
         lines.append(
             line(tracker, style, thresholds.tolist(), over.mean, "%{y:.3f}", 4)
         )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from simbench.evaluation.breaking_point import breaking_point, fit_logistic
+from tests.statistics.breaking_points import CASES, Case, coverage
 
 GRID = np.linspace(0.0, 1.0, 11)
 Floats = NDArray[np.float64]
@@ -188,3 +189,15 @@ def test_any_shares_give_a_finite_curve_and_a_point_in_range(
         assert crossing == pytest.approx(0.5, abs=1e-6)
     assert not math.isnan(found.low)
     assert found.low <= found.high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_interval_holds_the_fall_gentle_or_steep_with_few_seeds_or_many(
+    case: Case,
+) -> None:
+    # 90 % required; a binomial of 150 falls below 85 % once in 40 times at 90 %, and
+    # the coverage of each case is above it
+    found = coverage(case, 150)
+    assert min(found.widened, found.refined) >= 0.85
+    assert found.refined_width < found.width

@@ -154,7 +154,16 @@ def test_curve_averages_over_seeds(tiny: Sequence) -> None:
     over = curve(scores.runs, scores.frames, "overlap", success_curve)
     assert over.count == 2
     assert_allclose(over.mean, [*[0.5] * 20, 0.0])
-    assert_allclose(over.sd, [*[np.sqrt(0.5)] * 20, 0.0])
+    assert_allclose(over.low, np.zeros(21))  # two seeds: the range
+    assert_allclose(over.high, [*[1.0] * 20, 0.0])
+
+
+def test_curve_over_five_seeds_has_the_interval_of_each_share(tiny: Sequence) -> None:
+    lost = (8, 8, 8, 8, 1)
+    scores = Scores.concat([scored(tiny, n, frames) for n, frames in enumerate(lost)])
+    over = curve(scores.runs, scores.frames, "overlap", success_curve)
+    low, high = share_interval(np.array([1.0, 1.0, 1.0, 1.0, 0.0]))
+    assert (over.low[3], over.high[3]) == pytest.approx((float(low), float(high)))
 
 
 def test_curve_of_a_killed_run_is_zero(tiny: Sequence) -> None:

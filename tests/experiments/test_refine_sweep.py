@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import simbench
 from simbench.core.errors import SimbenchError
+from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_axes import Axis, Sweep
 from simbench.evaluation.sweep_scores import SweepScores
-from simbench.experiments.refine_sweep import new_values
+from simbench.experiments.experiment import Experiment
+from simbench.experiments.refine_sweep import new_values, refined_run
+from simbench.experiments.request import Request, sweep_request
+from simbench.experiments.run import RunResult
+from simbench.experiments.run_folder import RunFolder
+from simbench.scenarios.files.loading import load_scenario
+from simbench.trackers.find_tracker import find_tracker
 
 COARSE = Axis("noise", (0.0, 0.1, 0.2, 0.4))
 
@@ -73,24 +81,42 @@ def test_sweeps_of_one_dial_are_merged_and_others_are_not() -> None:
     assert two.merged(other) is None
 
 
-@pytest.mark.sumo
-@pytest.mark.gl
-def test_sweep_is_refined_in_its_folder_and_the_same_call_makes_nothing_again(
+def asked(values: str, base: str = "smoke") -> Request:
+    scenario = load_scenario(base).shortened(4)
+    return sweep_request(
+        [scenario], [f"noise={values}"], (find_tracker("still"),), (0,)
+    )
+
+
+def test_folder_of_a_sweep_grows_by_values_of_its_dial() -> None:
+    coarse, finer = asked("0,0.1,0.2"), asked("0.15,0.175")
+    grown = Experiment((coarse,)).grown(finer)
+    assert grown.sweep is not None
+    assert grown.sweep.axes[0].values == (0.0, 0.1, 0.15, 0.175, 0.2)
+    assert Experiment.from_facts(json.loads(json.dumps(grown.facts()))) == grown
+    assert grown.grown(coarse) == grown  # the same command finds what it made
+    with pytest.raises(SimbenchError, match="another sweep or none"):
+        grown.grown(replace(coarse, sweep=None))
+
+
+def test_refined_run_asks_for_new_values_until_the_step_is_halved_so_often(
     tmp_path: Path,
 ) -> None:
-    def call(vary: str = "frame_rate_hz=5,25", refine: int = 1) -> SweepScores:
-        return simbench.sweep(
-            "smoke", vary, "still", [0], frames=8, out=tmp_path, jobs=0, refine=refine
-        )
+    base, request = load_scenario("smoke").shortened(4), asked("0,0.1,0.2,0.4")
+    values: set[float] = set()
+    variants: list[tuple[str, ...]] = []
 
-    found = call()
-    (row,) = found.breaking.to_dict("records")
-    assert row["state"] == "within"  # slower films: the car leaves its first box
-    assert found.sweep.axes[0].values == (5.0, 15.0, 25.0)
-    assert found.points["requested.frame_rate_hz"].tolist() == [5.0, 15.0, 25.0]
-    parts = {path: path.stat().st_mtime_ns for path in tmp_path.glob("parts/*/*")}
-    again = call()
-    assert again.sweep == found.sweep
-    assert {p: p.stat().st_mtime_ns for p in tmp_path.glob("parts/*/*")} == parts
-    with pytest.raises(SimbenchError, match="another sweep"):
-        call("noise=0,0.1")
+    def run(part: Request) -> RunResult:
+        assert part.sweep is not None
+        values.update(part.sweep.axes[0].values)
+        variants.append(tuple(one.variant for one in part.scenarios))
+        found = swept(tuple(sorted(values)), {"still": 0.13})
+        return RunResult(Scores(pd.DataFrame(), pd.DataFrame()), folder, found)
+
+    folder = RunFolder(tmp_path)
+    refined_run(base, request, run, rounds=2)
+    assert variants[1:] == [("noise=0.15",), ("noise=0.125",)]
+    refined_run(base, request, run, rounds=2)  # again: nothing is new
+    assert len(variants) == 4
+    refined_run(base, request, run, rounds=0)
+    assert len(variants) == 5

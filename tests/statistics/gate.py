@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 GATES: Final = 2_000
 _POWER_GATES: Final = 200
 _DAMAGED_GATES: Final = 200
-_FLIPS: Final = 5_000  # enough for the level, and fast
+_FLIPS: Final = 4_000  # enough for the level, and fast
 DROPS: Final = (0.05, 0.1)
 
 
@@ -63,7 +63,7 @@ def simulate(draws: Draws, jobs: int = 2, gates: int = GATES) -> GateResult:
     work += [(*one, seed) for one in drops for seed in range(power_gates)]
     work += [(label, "", 0.0, seed) for label in DAMAGED for seed in range(power_gates)]
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        failed = list(pool.map(partial(_is_failed, draws), work, chunksize=20))
+        failed = list(pool.map(partial(_is_failed, draws), work, chunksize=50))
     found = np.array(failed)
     starts = gates + power_gates * np.arange(len(drops) + len(DAMAGED) + 1)
     shares = [float(found[a : a + power_gates].mean()) for a in starts[:-1]]
