@@ -270,7 +270,7 @@ def test_suite_comes_back_from_its_settings() -> None:
 
 def test_suite_cuts_its_scenarios() -> None:
     frames = {s.name: s.frames for s in DEFAULT_SUITE.experiment().scenarios}
-    assert frames == {"smoke": 24, "fog": 60, "poles": 60}
+    assert frames == {"smoke": 24, "lane-change": 40, "fog": 60, "poles": 60}
 
 
 def test_suite_repeats_the_runs_of_each_tracker_as_often_as_asked() -> None:

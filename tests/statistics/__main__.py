@@ -31,7 +31,7 @@ from tests.statistics.gate_draws import draws
 _ROOT: Final = Path(__file__).parents[2]
 _REPORT: Final = _ROOT / "results" / "statistics.md"
 _KEPT: Final = _ROOT / "results" / "runs" / "statistics"
-_SWEEPS: Final = 400
+_SWEEPS: Final = 200
 _PART: Final = 50  # sweeps in one piece of work
 _TESTS: Final = 4_000
 
@@ -57,11 +57,20 @@ def main() -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+_CODE: Final = {
+    "interval": ("simbench.evaluation.intervals", "intervals.py"),
+    "test": ("simbench.evaluation.paired", "intervals.py"),
+    "sweeps": ("simbench.evaluation.breaking_point", "breaking_points.py"),
+    "gate": ("simbench.evaluation.regression", "gate.py"),
+}
+"""What each kind of part depends on: a module, and the file that simulates it."""
+
+
 def _kept(name: str, key: Sequence[Any], make: Callable[[], Any]) -> Any:
     """Return plain data that was kept under the key, or make and keep it."""
-    modules = ("intervals", "breaking_points", "gate", "gate_draws")
-    code = code_digest(*(f"tests.statistics.{one}" for one in modules))
-    path = _KEPT / f"{name}-{digest_of(code, *key)[:16]}.json"
+    module, file = _CODE[name]
+    code = code_digest(module), Path(__file__).with_name(file).read_text()
+    path = _KEPT / f"{name}-{digest_of(*code, *key)[:16]}.json"
     if path.exists():
         return json.loads(path.read_text())
     made = make()
@@ -167,10 +176,9 @@ def _sweeps(task: tuple[breaking_points.Case, int]) -> dict[str, float]:
 
 def _gate_tables() -> str:
     kept = draws(_KEPT / "draws", core_count())
-    key = sorted((f"{name}", values.tolist()) for name, values in kept.items())
-    found = _kept(
-        "gate", (digest_of(key), gate.GATES), lambda: _plain(gate.simulate(kept))
-    )
+    runs = sorted((f"{name}", values.tolist()) for name, values in kept.items())
+    key = digest_of(runs, DEFAULT_SUITE.to_settings()), gate.GATES
+    found = _kept("gate", key, lambda: _plain(gate.simulate(kept, core_count())))
     counts = ", ".join(
         f"{label} {count}" for label, count in DEFAULT_SUITE.repetitions.items()
     )
