@@ -93,9 +93,7 @@ def _interval_tables() -> str:
                 found = _kept(
                     "interval",
                     (case.name, count, name, repeats),
-                    lambda c=case, n=count, r=repeats, m=method: asdict(
-                        intervals.coverage(c, n, r, m)
-                    ),
+                    partial(_coverage, case, count, repeats, method),
                 )
                 cells.append(f"{100 * found['coverage']:.1f} ({found['width']:.2f})")
             rows.append(cells)
@@ -106,6 +104,12 @@ def _interval_tables() -> str:
         'range. "Always holds" is the interval of Learned-Miller and Thomas.\n\n'
         + _table(["values", "n", *intervals.METHODS], rows)
     )
+
+
+def _coverage(
+    case: intervals.Case, count: int, repeats: int, method: intervals.Interval
+) -> dict[str, float]:
+    return asdict(intervals.coverage(case, count, repeats, method))
 
 
 def _test_table() -> str:

@@ -23,8 +23,7 @@ __all__ = ["GATES", "GateResult", "simulate"]
 Floats = NDArray[np.float64]
 
 GATES: Final = 2_000
-_POWER_GATES: Final = 200
-_DAMAGED_GATES: Final = 200
+_POWER_GATES: Final = 100
 _FLIPS: Final = 4_000  # enough for the level, and fast
 DROPS: Final = (0.05, 0.1)
 

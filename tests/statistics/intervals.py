@@ -12,7 +12,16 @@ from scipy.special import ndtr, stdtrit
 
 from simbench.evaluation.intervals import share_interval, student_interval
 
-__all__ = ["CASES", "COUNTS", "METHODS", "Case", "Coverage", "coverage"]
+__all__ = [
+    "CASES",
+    "COUNTS",
+    "METHODS",
+    "SHOWN",
+    "Case",
+    "Coverage",
+    "Interval",
+    "coverage",
+]
 
 Floats = NDArray[np.float64]
 Interval = Callable[[Floats], tuple[Floats, Floats]]
