@@ -149,7 +149,7 @@ def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
     number = _number(row[f"{measure}.mean"], SCORE_COLUMNS[measure][1])
     cell = Text(number + ("=" if contest.is_flat else ""), "bold" if is_best else "")
     parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
-    interval = describe_interval(*parts, 2) if is_share(measure) else ""
+    interval = describe_interval(*parts, decimals=2) if is_share(measure) else ""
     if interval:
         cell.append("\n" + interval.replace(", ", "\n", interval.count("small")), "dim")
     return cell

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -199,9 +198,9 @@ def _comparisons(
     if not differences:
         return []
     table = pd.DataFrame(differences)
-    parts: Iterable[tuple[Sequence[str], pd.DataFrame]]
-    parts = table.groupby(level=[0, 1], sort=False)
-    places = [(("", ""), table), *((key, part) for key, part in parts)]
+    places: list[tuple[list[str], pd.DataFrame]] = [(["", ""], table)]
+    for key, part in table.groupby(level=[0, 1], sort=False):
+        places.append(([*map(str, key)], part))
     if len(places) == 2:  # the pooled one is that of the only scenario
         places = places[:1]
     found = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -245,13 +245,17 @@ def count_to_detect(
 def random_signs(count: int, flips: int) -> Iterator[Floats]:
     """Yield rows of signs, the first all positive: all of them if they are few."""
     if count <= _MOST_EXACT:
-        bits = np.arange(2**count)[:, None] >> np.arange(count)
-        yield 1.0 - 2.0 * (bits & 1)
+        every = np.arange(2**count)[:, None] >> np.arange(count)
+        yield _as_signs(every & 1)
         return
     rng = np.random.default_rng([_SEED, count])
     yield np.ones((1, count))
     for first in range(1, flips, _CHUNK):
         rows = min(_CHUNK, flips - first)
         drawn = np.frombuffer(rng.bytes(rows * ((count + 7) // 8)), np.uint8)
-        bits = np.unpackbits(drawn.reshape(rows, -1), axis=1, count=count)
-        yield 1.0 - 2.0 * bits
+        yield _as_signs(np.unpackbits(drawn.reshape(rows, -1), axis=1, count=count))
+
+
+def _as_signs(bits: NDArray[np.integer[Any]]) -> Floats:
+    """Return 1 for each 0 and -1 for each 1."""
+    return 1.0 - 2.0 * bits.astype(np.float64)

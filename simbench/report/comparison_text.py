@@ -76,7 +76,7 @@ _LATEX: Final = str.maketrans(
 
 def comparison_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, ...]]:
     """Return comparisons as text, with the columns of `HEADINGS`."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for one in comparisons:
         of = one.difference
         ends = of.low, of.high, of.minimum, of.maximum
@@ -100,7 +100,7 @@ def comparison_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, ...]]:
 
 def short_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, ...]]:
     """Return comparisons as text for a terminal, with `SHORT_HEADINGS`."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for one, of in zip(comparisons, comparison_rows(comparisons), strict=True):
         place, first, second, n, mean, interval, p, effect, _, verdict, needed = of
         what = f"{first} − {second}" if first != second else first

@@ -88,9 +88,9 @@ def critical_difference(
 
     parts = [label(_WIDTH / 2, 18, f"mean rank by {measure}; 1 is best", "middle")]
     parts.append(segment(x(1), _TOP, x(count), _TOP, INK))
-    for rank in range(1, count + 1):
-        parts.append(segment(x(rank), _TOP - 5, x(rank), _TOP, INK))
-        parts.append(label(x(rank), _TOP - 9, str(rank), "middle"))
+    for tick in range(1, count + 1):
+        parts.append(segment(x(tick), _TOP - 5, x(tick), _TOP, INK))
+        parts.append(label(x(tick), _TOP - 9, str(tick), "middle"))
     bars = groups(ranks, comparisons)
     for index, (first, last) in enumerate(bars):
         y = _TOP + _BAR * (index + 1)

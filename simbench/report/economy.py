@@ -31,7 +31,7 @@ def economy_rows(economy: Economy) -> list[tuple[str, ...]]:
     family.
     """
     last = {cost.family: cost.tracker for cost in economy.costs}
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for cost in economy.costs:
         needed = economy.needed[cost.family]
         text = "not reached" if math.isnan(needed) else f"{needed:.0f}"

@@ -107,7 +107,7 @@ def notes(swept: SweepScores) -> list[str]:
 def _mean_and_interval(row: Any, measure: str) -> str:
     parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
     mean = _number(row[f"{measure}.mean"], ".2f")
-    return f"{mean} {describe_interval(*parts, 2)}".rstrip()
+    return f"{mean} {describe_interval(*parts, decimals=2)}".rstrip()
 
 
 def _dial_cell(row: Any, dial: str) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence as Series
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -51,7 +52,7 @@ def suite(
     for seed, runs in enumerate(kept):
         for repetition, frames in enumerate(runs):
             once = scored_once(int(frames), particles)
-            names = {"scenario": scenario, "tracker": tracker}
+            names: dict[str, Any] = {"scenario": scenario, "tracker": tracker}
             names |= {"seed": seed, "repetition": repetition}
             named = once.runs.assign(**names, digest=f"film {seed}")
             parts.append(Scores(named, once.frames.assign(**names)))
@@ -107,7 +108,9 @@ def test_estimate_that_differs_in_its_last_bit_is_told_although_scores_are_equal
 ):
     scores = suite(drawn(0))
     moved = scores.frames.copy()
-    moved.loc[1100, "left"] = np.nextafter(moved.loc[1100, "left"], np.inf)
+    left = moved["left"].to_numpy(np.float64).copy()
+    left[1100] = np.nextafter(left[1100], np.inf)
+    moved["left"] = left
     codes = {"condensation": "other code"}
     found = compare(
         baseline_of(scores), Scores(scores.runs, moved), versions=HERE, codes=codes

@@ -69,7 +69,12 @@ CASES: Final = (
 SHOWN: Final = (
     Case("normal, mean .9, sd .02", 0.9, 0.0, lambda rng, n: rng.normal(0.9, 0.02, n)),
     Case("uniform", 0.5, 0.0, lambda rng, n: rng.random(n)),
-    Case("80 % ones, else 0", 0.8, 0.0, lambda rng, n: (rng.random(n) < 0.8) * 1.0),
+    Case(
+        "80 % ones, else 0",
+        0.8,
+        0.0,
+        lambda rng, n: (rng.random(n) < 0.8).astype(np.float64),
+    ),
 )
 COUNTS: Final = (3, 5, 10, 20)
 
