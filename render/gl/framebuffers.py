@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -40,6 +40,9 @@ class Framebuffers:
         self._size = (width, height)
         self._fine = (width * samples, height * samples)
         self._step = samples
+        self._image = np.empty((height, width, 3), np.uint8)
+        self._ids = np.empty(self.shape, np.uint16)
+        self._depth: NDArray[np.float32] | None = None
         limit = int(GL.glGetIntegerv(GL.GL_MAX_RENDERBUFFER_SIZE))
         if max(self._fine) > limit:
             raise RenderError(
@@ -78,18 +81,32 @@ class Framebuffers:
         """Rows and columns of samples."""
         return self._fine[1], self._fine[0]
 
-    def bind_image(self) -> None:
-        """Draw to colour, ids and depth, after clearing ids and depth."""
+    def bind_image(self, parts: Sequence[Window]) -> None:
+        """Draw to colour, ids and depth, after clearing ids and depth of some parts."""
         self._bind_fine([GL.GL_COLOR_ATTACHMENT0, GL.GL_COLOR_ATTACHMENT1])
+        for _ in self.inside(parts):
+            self._clear()
+
+    def inside(self, parts: Sequence[Window]) -> Iterator[int]:
+        """Confine drawing to each of some parts in turn; yield the part's index."""
+        GL.glEnable(GL.GL_SCISSOR_TEST)
+        for index, (left, top, right, bottom) in enumerate(parts):
+            GL.glScissor(left, top, right - left, bottom - top)
+            yield index
+        GL.glDisable(GL.GL_SCISSOR_TEST)
 
     def bind_ids_only(self) -> None:
         """Draw to ids and depth only, after clearing them; the colour is kept."""
         self._bind_fine([GL.GL_NONE, GL.GL_COLOR_ATTACHMENT1])
+        self._clear()
 
     def _bind_fine(self, targets: list[Any]) -> None:
         _bind(self._fine_fb, self._fine)
         GL.glDrawBuffers(2, targets)
         GL.glDisable(GL.GL_BLEND)
+
+    @staticmethod
+    def _clear() -> None:
         GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
         GL.glClearBufferuiv(GL.GL_COLOR, 1, np.zeros(4, np.uint32))
 
@@ -118,37 +135,58 @@ class Framebuffers:
         return covered
 
     def read(
-        self, *, with_depth: bool
+        self, parts: Sequence[Window], *, with_depth: bool
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.float32] | None]:
-        """Return the averaged image, the ids and, if requested, the depth."""
-        image, ids = self._read_image(), self.read_ids()
+        """Return the averaged image, the ids and, if requested, the depth.
+
+        Only some parts, of whole pixels, are read: the others are those read before.
+        """
+        for part in parts:
+            left, top, right, bottom = part
+            self._ids[top:bottom, left:right] = self._read_ids(part)
+            left, top, right, bottom = (side // self._step for side in part)
+            self._image[top:bottom, left:right] = self._read_image(part)
         if not with_depth:
-            return image, ids, None
-        form, kind = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT
-        window = _read((0, 0, *self._fine), form, kind, np.float32, 1)[..., 0]
-        middle = slice(self._step // 2, None, self._step)
-        return image, ids, linear_depth(window[middle, middle])
+            self._depth = None
+            return self._image.copy(), self._ids.copy(), None
+        if self._depth is None:
+            self._depth = np.empty(self._image.shape[:2], np.float32)
+            parts = [(0, 0, *self._fine)]
+        for part in parts:
+            left, top, right, bottom = (side // self._step for side in part)
+            self._depth[top:bottom, left:right] = self._read_depth(part)
+        return self._image.copy(), self._ids.copy(), self._depth.copy()
 
     def read_ids(self) -> NDArray[np.uint16]:
         """Return the instance ids at every sample."""
+        return self._read_ids((0, 0, *self._fine))
+
+    def _read_ids(self, part: Window) -> NDArray[np.uint16]:
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT1)
         form, kind = GL.GL_RED_INTEGER, GL.GL_UNSIGNED_SHORT
-        ids = _read((0, 0, *self._fine), form, kind, np.uint16, 1)
-        return np.asarray(ids[..., 0], np.uint16)
+        return np.asarray(_read(part, form, kind, np.uint16, 1)[..., 0], np.uint16)
 
-    def _read_image(self) -> NDArray[np.uint8]:
+    def _read_depth(self, part: Window) -> NDArray[np.float32]:
+        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
+        form, kind = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT
+        values = _read(part, form, kind, np.float32, 1)[..., 0]
+        middle = slice(self._step // 2, None, self._step)
+        return linear_depth(values[middle, middle])
+
+    def _read_image(self, part: Window) -> NDArray[np.uint8]:
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._small_fb)
         form, kind = GL.GL_RGB, GL.GL_UNSIGNED_BYTE
-        whole, small = (0, 0, *self._fine), (0, 0, *self._size)
         # Linear filtering averages the samples of a pixel only when it halves the
         # size; other ratios are averaged on the CPU.
         if self._step > 2:
-            fine = _read(whole, form, kind, np.uint8, 3)
+            fine = _read(part, form, kind, np.uint8, 3)
             return _mean_of_blocks(fine, self._step)
-        GL.glBlitFramebuffer(*whole, *small, GL.GL_COLOR_BUFFER_BIT, GL.GL_LINEAR)
+        left, top, right, bottom = (side // self._step for side in part)
+        small = left, top, right, bottom
+        GL.glBlitFramebuffer(*part, *small, GL.GL_COLOR_BUFFER_BIT, GL.GL_LINEAR)
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._small_fb)
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
         return np.asarray(_read(small, form, kind, np.uint8, 3), np.uint8)

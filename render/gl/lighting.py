@@ -48,6 +48,11 @@ class Lighting:
             self._cover = MapTexture(tunnel.cover, _COVER_UNIT, edge=True)
         self.defines = tuple(defines)
 
+    @property
+    def moves(self) -> bool:
+        """Whether light moves with the vehicles: that of their lamps."""
+        return self._lamps is not None
+
     def uniforms(
         self,
         camera: Camera,

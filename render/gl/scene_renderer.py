@@ -9,6 +9,7 @@ call for each vehicle body, and draws the target again, alone, for its visible f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,12 +36,14 @@ from simbench.render.gl.shadow_fit import (
     fit_shadow_maps,
 )
 from simbench.render.gl.shadow_maps import ShadowMaps
+from simbench.render.gl.still_view import StillView
 from simbench.render.gl.textures import grain_texture
 from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.projection import (
     clip_matrix,
     covering_window,
+    part_of,
     sky_directions,
 )
 from simbench.render.world.scene import Scene
@@ -72,6 +75,8 @@ class SceneRenderer:
         offscreen.make_current()
         self._scene = scene
         self._buffers = Framebuffers(width, height, samples)
+        height_samples, width_samples = self._buffers.shape
+        self._whole: Window = (0, 0, width_samples, height_samples)
         self._grain = grain_texture()
         self._lighting = Lighting(scene)
         self._shadows = ShadowMaps() if scene.light.shadows else None
@@ -102,6 +107,9 @@ class SceneRenderer:
         ]
         picks = np.indices((2, 2, 2)).reshape(3, 8).T  # the corners of a box
         self._corners = np.asarray(ends, np.float64)[:, picks, np.arange(3)]
+        to_sun = scene.light.to_sun if scene.light.shadows else None
+        lowest_m = float(scene.ground.positions[:, 2].min())
+        self._still = StillView(self._buffers.shape, samples, to_sun, lowest_m)
         self._tops = self._corners[..., 2].max(axis=1)[scene.body_of]
         self._sky = GL.glGenVertexArrays(1)
 
@@ -145,6 +153,11 @@ class SceneRenderer:
         offscreen.make_current()
         self._static.delete()
         self._static = CellMesh(mesh)
+        self.forget_last()
+
+    def forget_last(self) -> None:
+        """Draw all of the next frame and of its shadow maps, whatever was before."""
+        self._still.forget()
         if self._shadows is not None:
             self._shadows.forget()
 
@@ -159,6 +172,9 @@ class SceneRenderer:
         gain: float = 1.0,
     ) -> RenderedFrame:
         """Render one frame.
+
+        Of a camera that stands still, only those parts are rendered in which vehicles
+        or their shadows are or were in the frame before.
 
         Parameters
         ----------
@@ -178,11 +194,14 @@ class SceneRenderer:
         offscreen.make_current()
         self._levels.update(camera, poses, present)
         clip = clip_matrix(camera)
-        shadows = self._draw_shadows(camera, poses, present)
+        ground_m = self._ground_height.at(camera.position)
+        fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
+        parts = self._changed(camera, clip, fit, poses, present, gain)
+        self._draw_shadows(camera, fit, poses, present)
         self._place(poses, present, clip)
         lighting = self._lighting.uniforms(camera, poses, present, gain)
-        self._draw_scene(camera, clip, shadows | lighting)
-        image, ids, depth = self._buffers.read(with_depth=with_depth)
+        self._draw_scene(camera, clip, fit.uniforms | lighting, parts)
+        image, ids, depth = self._buffers.read(parts, with_depth=with_depth)
         shown = np.full(int(present[target]), target)  # none or one
         window = self._window(clip, poses, shown)
         silhouette = self.silhouette(camera, poses, shown, window)
@@ -200,8 +219,9 @@ class SceneRenderer:
         offscreen.make_current()
         clip = clip_matrix(camera)
         self._place(poses, present, clip)
+        self._still.forget()
         self._buffers.bind_ids_only()
-        self._draw_objects(clip, {"view_projection": clip})
+        self._draw_objects(clip, {"view_projection": clip}, [self._whole])
         ids = self._buffers.read_ids()
         _require_no_error()
         return ids
@@ -278,36 +298,57 @@ class SceneRenderer:
         for number, instances in enumerate(self._bodies):
             instances.place(tagged[(mesh_of == number) & visible])
 
+    def _changed(
+        self,
+        camera: Camera,
+        clip: NDArray[np.float64],
+        fit: ShadowFit,
+        poses: NDArray[np.float64],
+        present: NDArray[np.bool_],
+        gain: float,
+    ) -> list[Window]:
+        """Return the parts of the picture that may differ from the last frame's."""
+        if self._lighting.moves:
+            return [self._whole]
+        is_far = self._casts(fit, camera, poses, present)[-1]
+        coarse, fine = fit.texels_m[-1], fit.texels_m[0]
+        room = 3.0 * np.where(is_far, coarse, fine) + 0.02
+        sides = np.sign(np.indices((2, 2, 2)).reshape(3, 8).T - 0.5)
+        corners = self._corners[self._scene.body_of] + room[:, None, None] * sides
+        corners = corners @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
+        view = clip.tobytes() + np.float64(gain).tobytes()
+        parts = self._still.changed(view, clip, corners, poses, present)
+        return [self._whole] if parts is None else parts
+
     def _draw_shadows(
         self,
         camera: Camera,
+        fit: ShadowFit,
         poses: NDArray[np.float64],
         present: NDArray[np.bool_],
-    ) -> dict[str, Any]:
-        """Draw the shadow maps of a frame; return the uniforms that read them."""
-        ground_m = self._ground_height.at(camera.position)
-        fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
+    ) -> None:
+        """Draw the shadow maps of a frame, and bind them."""
+        if self._shadows is None:
+            return
 
         def draw_static(clip: NDArray[np.float64]) -> None:
             self._programs["bare"].use({"view_projection": clip})
             self._static.draw(clip)
 
-        needs = self._needed(fit, camera, poses, present)
+        casts = self._casts(fit, camera, poses, present)
 
         def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
-            self._place(poses, needs[number], clip)
+            self._place(poses, casts[number], clip)
             self._programs["bare"].use({"view_projection": clip})
             for instances in self._bodies:
                 instances.draw()
 
-        if self._shadows is not None:
-            spheres = np.column_stack([poses[:, :3, 3], self._reach])
-            chosen = [spheres[needed] for needed in needs]
-            self._shadows.update(fit, chosen, draw_static, draw_vehicles)
-            self._shadows.bind(0)
-        return fit.uniforms | {"shadow_map": 0}
+        spheres = np.column_stack([poses[:, :3, 3], self._reach])
+        chosen = [spheres[each] for each in casts]
+        self._shadows.update(fit, chosen, draw_static, draw_vehicles)
+        self._shadows.bind(0)
 
-    def _needed(
+    def _casts(
         self,
         fit: ShadowFit,
         camera: Camera,
@@ -329,36 +370,42 @@ class SceneRenderer:
         camera: Camera,
         clip: NDArray[np.float64],
         lighting: dict[str, Any],
+        parts: Sequence[Window],
     ) -> None:
-        self._buffers.bind_image()
+        """Draw parts of the picture; what is drawn beside them was there before."""
+        self._buffers.bind_image(parts)
         GL.glActiveTexture(GL.GL_TEXTURE1)
         GL.glBindTexture(GL.GL_TEXTURE_2D, self._grain)
-        uniforms = lighting | {
-            "view_projection": clip,
-            "grain": 1,
-        }
-        self._draw_objects(clip, uniforms)
+        uniforms = lighting | {"view_projection": clip, "shadow_map": 0, "grain": 1}
+        self._draw_objects(clip, uniforms, parts)
         self._programs["sky"].use(lighting | {"to_world": sky_directions(clip, camera)})
         GL.glDepthFunc(GL.GL_LEQUAL)
         GL.glBindVertexArray(self._sky)
-        GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+        for _ in self._buffers.inside(parts):
+            GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
         GL.glDepthFunc(GL.GL_LESS)
 
     def _draw_objects(
-        self, clip: NDArray[np.float64], uniforms: dict[str, Any]
+        self,
+        clip: NDArray[np.float64],
+        uniforms: dict[str, Any],
+        parts: Sequence[Window],
     ) -> None:
         """Draw all but the sky, from near to far: hidden samples are not shaded."""
         self._programs["VEHICLES"].use(uniforms)
         with front_faces_only():
             for instances in self._bodies:
                 instances.draw()
+        height, width = self._buffers.shape
+        narrow = [part_of(clip, part, width, height) for part in parts]
         for part, mesh in (
             ("STATIC", self._static),
             ("GROUND", self._ground),
             ("STATIC", self._distant),
         ):
             self._programs[part].use(uniforms)
-            mesh.draw(clip)
+            for index in self._buffers.inside(parts):
+                mesh.draw(narrow[index])
 
 
 def _require_no_error() -> None:

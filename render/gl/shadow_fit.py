@@ -56,6 +56,12 @@ class ShadowFit:
     near_m: float
 
     @property
+    def texels_m(self) -> NDArray[np.float64]:
+        """Side of a texel of each map, (K,) m."""
+        sides: NDArray[np.float64] = 2.0 * self.squares[:, 2] / TEXELS
+        return sides
+
+    @property
     def uniforms(self) -> dict[str, NDArray[np.float64] | float]:
         """What shaders read; the maps lie side by side in one texture.
 

@@ -54,7 +54,7 @@ float lit_share(float slope, float distance_m) {
     bool is_near = distance_m < shadow_near;
     vec4 square = is_near ? shadow_squares[0] : shadow_squares[1];
     vec2 spot = in_light.xy * square.x + square.yz;
-    spot.x = clamp(spot.x, 0.0005, 0.4995) + (is_near ? 0.0 : 0.5);
+    spot.x = clamp(spot.x, 0.00025, 0.49975) + (is_near ? 0.0 : 0.5);
 #if defined(GROUND)
     float bias = 0.01; // the ground casts no shadow on itself
 #else

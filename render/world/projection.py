@@ -12,6 +12,7 @@ __all__ = [
     "clip_matrix",
     "covering_window",
     "linear_depth",
+    "part_of",
     "sky_directions",
 ]
 
@@ -74,6 +75,32 @@ def covering_window(
     low = np.clip(np.floor(spots.min(axis=0)) - 1.0, 0.0, size)
     high = np.clip(np.ceil(spots.max(axis=0)) + 1.0, low, size)
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def part_of(
+    clip: NDArray[np.float64],
+    part: tuple[int, int, int, int],
+    width: int,
+    height: int,
+) -> NDArray[np.float64]:
+    """Return the (4, 4) map to a clip space that only holds a part of a picture.
+
+    Parameters
+    ----------
+    clip : (4, 4) float
+        Road frame to clip space of the whole picture.
+    part : (left, top, right, bottom)
+        In samples, the last two exclusive.
+    width, height : int
+        Samples of the picture.
+    """
+    left, top, right, bottom = part
+    across, down = width / (right - left), height / (bottom - top)
+    zoom = np.diag([across, down, 1.0, 1.0])
+    zoom[0, 3] = across * (1.0 - (left + right) / width)
+    zoom[1, 3] = down * (1.0 - (top + bottom) / height)
+    narrow: NDArray[np.float64] = zoom @ clip
+    return narrow
 
 
 def sky_directions(clip: NDArray[np.float64], camera: Camera) -> NDArray[np.float64]:
