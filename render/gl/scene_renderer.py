@@ -27,16 +27,16 @@ from simbench.render.gl.batches import (
     may_be_visible,
 )
 from simbench.render.gl.framebuffers import Framebuffers, Window
+from simbench.render.gl.ground_height import GroundHeight
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
 from simbench.render.gl.shadow_fit import (
-    GroundHeight,
     ShadowFit,
     fit_shadow_maps,
 )
 from simbench.render.gl.shadow_maps import ShadowMaps
-from simbench.render.gl.still_view import StillView
+from simbench.render.gl.still_view import StillView, shadow_ends
 from simbench.render.gl.textures import grain_texture
 from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
@@ -107,9 +107,7 @@ class SceneRenderer:
         ]
         picks = np.indices((2, 2, 2)).reshape(3, 8).T  # the corners of a box
         self._corners = np.asarray(ends, np.float64)[:, picks, np.arange(3)]
-        to_sun = scene.light.to_sun if scene.light.shadows else None
-        lowest_m = float(scene.ground.positions[:, 2].min())
-        self._still = StillView(self._buffers.shape, samples, to_sun, lowest_m)
+        self._still = StillView(self._buffers.shape, samples)
         self._tops = self._corners[..., 2].max(axis=1)[scene.body_of]
         self._sky = GL.glGenVertexArrays(1)
 
@@ -196,8 +194,13 @@ class SceneRenderer:
         clip = clip_matrix(camera)
         ground_m = self._ground_height.at(camera.position)
         fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
-        parts = self._changed(camera, clip, fit, poses, present, gain)
-        self._draw_shadows(camera, fit, poses, present)
+        windows, casts = self._seen(camera, clip, fit, poses, present)
+        parts = None
+        if not self._lighting.moves:
+            view = clip.tobytes() + np.float64(gain).tobytes()
+            parts = self._still.changed(view, windows, poses, present)
+        parts = [self._whole] if parts is None else parts
+        self._draw_shadows(fit, poses, casts)
         self._place(poses, present, clip)
         lighting = self._lighting.uniforms(camera, poses, present, gain)
         self._draw_scene(camera, clip, fit.uniforms | lighting, parts)
@@ -298,34 +301,41 @@ class SceneRenderer:
         for number, instances in enumerate(self._bodies):
             instances.place(tagged[(mesh_of == number) & visible])
 
-    def _changed(
+    def _seen(
         self,
         camera: Camera,
         clip: NDArray[np.float64],
         fit: ShadowFit,
         poses: NDArray[np.float64],
         present: NDArray[np.bool_],
-        gain: float,
-    ) -> list[Window]:
-        """Return the parts of the picture that may differ from the last frame's."""
-        if self._lighting.moves:
-            return [self._whole]
-        is_far = self._casts(fit, camera, poses, present)[-1]
+    ) -> tuple[NDArray[np.int64], list[NDArray[np.bool_]]]:
+        """Return the vehicles' windows, and which cast shadows in each map.
+
+        The windows, (V, 4), hold all samples that vehicles and their shadows change;
+        those that change none cast no shadow.
+        """
+        casts = self._casts(fit, camera, poses, present)
         coarse, fine = fit.texels_m[-1], fit.texels_m[0]
-        room = 3.0 * np.where(is_far, coarse, fine) + 0.02
+        room = 3.0 * np.where(casts[-1], coarse, fine) + 0.02  # for soft edges
         sides = np.sign(np.indices((2, 2, 2)).reshape(3, 8).T - 0.5)
-        corners = self._corners[self._scene.body_of] + room[:, None, None] * sides
-        corners = corners @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
-        view = clip.tobytes() + np.float64(gain).tobytes()
-        parts = self._still.changed(view, clip, corners, poses, present)
-        return [self._whole] if parts is None else parts
+        points = self._corners[self._scene.body_of] + room[:, None, None] * sides
+        points = points @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
+        points, to_sun = points[present], self._scene.light.to_sun
+        if self._shadows is not None:
+            reach, slope = (self._reach + room)[present], to_sun[2] / _flat(to_sun)
+            middles = poses[present, :3, 3]
+            lowest = self._ground_height.below_shadows(middles, reach, slope)
+            ends = shadow_ends(points, to_sun, lowest)
+            points = np.concatenate([points, ends], axis=1)
+        windows = np.zeros((len(poses), 4), np.int64)
+        windows[present] = self._still.windows(clip, points)
+        return windows, [each & (windows[:, 2] > 0) for each in casts]
 
     def _draw_shadows(
         self,
-        camera: Camera,
         fit: ShadowFit,
         poses: NDArray[np.float64],
-        present: NDArray[np.bool_],
+        casts: list[NDArray[np.bool_]],
     ) -> None:
         """Draw the shadow maps of a frame, and bind them."""
         if self._shadows is None:
@@ -334,8 +344,6 @@ class SceneRenderer:
         def draw_static(clip: NDArray[np.float64]) -> None:
             self._programs["bare"].use({"view_projection": clip})
             self._static.draw(clip)
-
-        casts = self._casts(fit, camera, poses, present)
 
         def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
             self._place(poses, casts[number], clip)
@@ -358,8 +366,7 @@ class SceneRenderer:
         """Return which vehicles may cast shadows into the distances of each map."""
         away = np.linalg.norm(poses[:, :3, 3] - camera.position, axis=1)
         to_sun = self._scene.light.to_sun
-        flat = float(np.hypot(to_sun[0], to_sun[1]))
-        reach = self._reach + 1.5 * self._tops * flat / max(float(to_sun[2]), 0.05)
+        reach = self._reach + 1.5 * self._tops * _flat(to_sun) / to_sun[2]
         if not fit.near_m:
             return [present]
         is_near = away - reach < fit.near_m
@@ -406,6 +413,11 @@ class SceneRenderer:
             self._programs[part].use(uniforms)
             for index in self._buffers.inside(parts):
                 mesh.draw(narrow[index])
+
+
+def _flat(vector: NDArray[np.float64]) -> float:
+    """Return the length of the horizontal part of a vector."""
+    return float(np.hypot(vector[0], vector[1]))
 
 
 def _require_no_error() -> None:

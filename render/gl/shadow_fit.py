@@ -12,12 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from simbench.core.camera import Camera
-from simbench.render.world.mesh import Mesh
 
-__all__ = ["MAPS", "REACH_M", "TEXELS", "GroundHeight", "ShadowFit", "fit_shadow_maps"]
+__all__ = ["MAPS", "REACH_M", "TEXELS", "ShadowFit", "fit_shadow_maps"]
 
 MAPS = 2
 """Most maps a view."""
@@ -91,21 +89,6 @@ class ShadowFit:
         scale[:2, 3] = [-x / half, -y / half]
         clip: NDArray[np.float64] = scale @ self.to_light
         return clip
-
-
-class GroundHeight:
-    """Height of the ground near a place, from the corners of its mesh."""
-
-    def __init__(self, ground: Mesh) -> None:
-        corners = np.unique(ground.positions.astype(np.float64), axis=0)
-        self._heights = corners[:, 2]
-        self._tree = cKDTree(corners[:, :2])
-
-    def at(self, point: NDArray[np.float64]) -> float:
-        """Return the height below (or above) a point, in m."""
-        count = min(16, len(self._heights))
-        nearest = self._tree.query(point[:2], k=count)[1]
-        return float(np.median(self._heights[nearest]))
 
 
 def fit_shadow_maps(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simbench.render.gl.framebuffers import Window
 from simbench.render.world.projection import NEAR_M
 
-__all__ = ["StillView", "windows_around"]
+__all__ = ["StillView", "shadow_ends", "windows_around"]
 
 _PART_SAMPLES = 12_000
 """Samples that take as long to shade as one more part takes to begin."""
@@ -34,32 +34,26 @@ class StillView:
         Rows and columns of samples.
     step : int
         Samples a pixel along each axis: parts consist of whole pixels.
-    to_sun : (3,) float or None
-        Unit vector; None where nothing casts shadows.
-    lowest_m : float, m
-        No point of the ground is lower.
     """
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        step: int,
-        to_sun: NDArray[np.float64] | None,
-        lowest_m: float,
-    ) -> None:
-        self._size = shape[1], shape[0]
-        self._step, self._to_sun, self._lowest_m = step, to_sun, lowest_m
+    def __init__(self, shape: tuple[int, int], step: int) -> None:
+        self._size, self._step = (shape[1], shape[0]), step
         self._last: _Frame | None = None
 
     def forget(self) -> None:
         """Take all of the next picture as changed."""
         self._last = None
 
+    def windows(
+        self, clip: NDArray[np.float64], points: NDArray[np.float64]
+    ) -> NDArray[np.int64]:
+        """Return windows around hulls of points, see `windows_around`."""
+        return windows_around(clip, points, *self._size)
+
     def changed(
         self,
         view: bytes,
-        clip: NDArray[np.float64],
-        corners: NDArray[np.float64],
+        windows: NDArray[np.int64],
         poses: NDArray[np.float64],
         present: NDArray[np.bool_],
     ) -> list[Window] | None:
@@ -69,17 +63,11 @@ class StillView:
         ----------
         view : bytes
             Equal only if all that does not move looks the same.
-        clip : (4, 4) float
-            Road frame to clip space.
-        corners : (V, 8, 3) float, m
-            Boxes around the vehicles in the road frame, with room for the soft edge of
-            their shadows.
+        windows : (V, 4) int
+            Around each vehicle and its shadow; of zeros where neither is seen.
         poses : (V, 4, 4) float
         present : (V,) bool
         """
-        windows = np.zeros((len(poses), 4), np.int64)
-        points = self._with_shadows(corners[present])
-        windows[present] = windows_around(clip, points, *self._size)
         last, self._last = self._last, _Frame(view, poses, present, windows)
         if last is None or last.view != view:
             return None
@@ -91,13 +79,16 @@ class StillView:
         merged: NDArray[np.int64] = _merged(parts, _PART_SAMPLES)
         return [(left, top, right, low) for left, top, right, low in merged.tolist()]
 
-    def _with_shadows(self, corners: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Add where shadows of corners, (N, 8, 3), may end: at the lowest ground."""
-        if self._to_sun is None:
-            return corners
-        above = np.maximum(corners[..., 2:] - self._lowest_m, 0.0)
-        ends = corners - above / self._to_sun[2] * self._to_sun
-        return np.concatenate([corners, ends], axis=1)
+
+def shadow_ends(
+    corners: NDArray[np.float64],
+    to_sun: NDArray[np.float64],
+    lowest: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return where the shadows of corners, (N, P, 3) m, end: at heights, (N,) m."""
+    above = np.maximum(corners[..., 2] - lowest[:, None], 0.0)
+    ends: NDArray[np.float64] = corners - (above / to_sun[2])[..., None] * to_sun
+    return ends
 
 
 def windows_around(

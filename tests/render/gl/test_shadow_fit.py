@@ -31,7 +31,9 @@ def _visible_ground(camera: Camera, rng: np.random.Generator) -> NDArray[np.floa
     return shown
 
 
-def _spots(fit: ShadowFit, number: int, points: NDArray[np.float64]) -> NDArray:
+def _spots(
+    fit: ShadowFit, number: int, points: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return points in the clip space of one map, (N, 3)."""
     clip = fit.clip(number)
     spots: NDArray[np.float64] = points @ clip[:3, :3].T + clip[:3, 3]

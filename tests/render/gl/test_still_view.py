@@ -10,9 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
+from simbench.render.gl.ground_height import GroundHeight
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.scene_renderer import SceneRenderer
-from simbench.render.gl.still_view import StillView, windows_around
+from simbench.render.gl.still_view import StillView, shadow_ends, windows_around
+from simbench.render.world.mesh import merge, triangle_mesh
 from simbench.render.world.projection import NEAR_M, clip_matrix, part_of
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
 from simbench.scenarios.stage import Stage, build_stage
@@ -78,21 +80,17 @@ def test_a_part_of_the_picture_fills_its_own_clip_space() -> None:
 
 
 class TestChanges:
-    def _still(self, *, shadows: bool = False) -> StillView:
-        sun = np.array([0.6, 0.0, 0.8]) if shadows else None
-        return StillView((240, 320), 2, sun, 0.0)
-
     def _parts(
         self, still: StillView, *middles: list[float], view: bytes = b""
     ) -> list[Any] | None:
-        corners = np.stack([_box(*middle, half=0.2) for middle in middles])
+        points = np.stack([_box(*middle, half=0.2) for middle in middles])
         poses = np.tile(np.eye(4), (len(middles), 1, 1))
         poses[:, :3, 3] = middles
-        present = np.ones(len(middles), np.bool_)
-        return still.changed(view, _CLIP, corners, poses, present)
+        windows = still.windows(_CLIP, points)
+        return still.changed(view, windows, poses, np.ones(len(middles), np.bool_))
 
     def test_all_is_drawn_at_first_and_in_another_view(self) -> None:
-        still = self._still()
+        still = StillView((240, 320), 2)
         assert self._parts(still, [0, 0, 10]) is None
         assert self._parts(still, [0, 0, 10]) == []
         assert self._parts(still, [0, 0, 10], view=b"other") is None
@@ -100,7 +98,7 @@ class TestChanges:
         assert self._parts(still, [0, 0, 10], view=b"other") is None
 
     def test_the_part_holds_the_old_and_the_new_place_of_what_moved(self) -> None:
-        still = self._still()
+        still = StillView((240, 320), 2)
         self._parts(still, [-1, 0, 10], [3, 2, 10])
         parts = self._parts(still, [-0.5, 0, 10], [3, 2, 10])
         # From x = -1.2 to -0.3 m at 10 m, y = -0.2 to 0.2: 40 samples a metre.
@@ -111,10 +109,40 @@ class TestChanges:
         assert not any(side % 2 for side in parts[0])
 
     def test_parts_near_each_other_become_one_and_others_do_not(self) -> None:
-        still = self._still()
+        still = StillView((480, 640), 4)
         self._parts(still, [-3, -2, 10], [-2.9, -2, 10], [3, 2, 10])
         parts = self._parts(still, [-3, -1.9, 10], [-2.9, -1.9, 10], [3, 1.9, 10])
         assert parts is not None and len(parts) == 2
+
+
+class TestGround:
+    def _height(self) -> GroundHeight:
+        """A road at 0 m beside a ditch at -2 m from y = 5 to 50 m, on a field."""
+        field = np.array([[-500, -500, -1], [500, -500, -1], [0, 900, -1]])
+        road = np.array([[-90, 0, 0], [90, 0, 0], [0, 5, 0]])
+        ditch = np.array([[-90, 5, 0], [90, 50, -2], [-90, 50, -2]])
+        return GroundHeight(
+            merge(
+                triangle_mesh(one[None].astype(float), (0, 0, 0))
+                for one in (field, road, ditch)
+            )
+        )
+
+    def test_shadows_end_at_the_lowest_ground_that_they_reach(self) -> None:
+        ground = self._height()
+        middles = np.array([[0.0, -20.0, 0.0], [0.0, 2.0, 0.0], [-400.0, -400.0, 9.0]])
+        lowest = ground.below_shadows(middles, np.full(3, 2.0), 1.0)
+        # Light at 45 degrees: a body of 2 m casts its shadow 2 m + 3 m + the drop far.
+        assert lowest.tolist() == [-1.0, -2.0, -1.0]
+
+    def test_the_height_at_a_place_is_that_of_the_ground_near_by(self) -> None:
+        assert self._height().at(np.array([0.0, 0.0, 7.0])) in (-1.0, 0.0)
+
+    def test_shadows_are_cast_from_corners_away_from_the_sun(self) -> None:
+        corners = np.array([[[0.0, 0.0, 2.0], [1.0, 0.0, -3.0]]])
+        ends = shadow_ends(corners, np.array([0.6, 0.0, 0.8]), np.array([-1.0]))
+        assert ends[0, 0] == pytest.approx([-2.25, 0.0, -1.0])
+        assert ends[0, 1] == pytest.approx([1.0, 0.0, -3.0])  # below the ground
 
 
 def _render(
