@@ -13,8 +13,8 @@ from simbench.core.camera import Camera
 from simbench.core.mask import Mask
 from simbench.core.sequence import Truth, VehicleTruth
 from simbench.core.trajectories import Trajectories
-from simbench.render.gl.framebuffers import Window
 from simbench.render.gl.rendered_frame import RenderedFrame
+from simbench.render.gl.windows import Window
 from simbench.render.instance_ids import extents, pixel_ids, vehicle_masks
 from simbench.render.world.projection import NEAR_M
 from simbench.render.world.scene import Scene
@@ -121,6 +121,7 @@ class TruthRecorder:
     _absent: list[bool] = field(default_factory=list)
     _occluders: list[str] = field(default_factory=list)
     _masks: list[dict[int, Mask]] = field(default_factory=list)
+    _pixels: NDArray[np.uint16] | None = None
 
     def add(
         self,
@@ -134,6 +135,7 @@ class TruthRecorder:
         Parameters
         ----------
         frame : RenderedFrame
+            The next one of the renderer that gave the frame before.
         camera : Camera
         poses : (V, 4, 4) float
         silhouette : callable of (N,) int and a window to (S H, S W) bool, optional
@@ -164,8 +166,20 @@ class TruthRecorder:
             share[target] = self._fraction[-1]
             row["visible_fraction"] = share
         self._rows.append(row)
-        pixels = pixel_ids(frame.ids, self.samples)
-        self._masks.append(vehicle_masks(pixels, first, count))
+        self._pixels = self._pixel_ids(frame)
+        self._masks.append(vehicle_masks(self._pixels, first, count))
+
+    def _pixel_ids(self, frame: RenderedFrame) -> NDArray[np.uint16]:
+        """Return one id for each pixel, found anew only where ids changed."""
+        if self._pixels is None or frame.changed is None:
+            return pixel_ids(frame.ids, self.samples)
+        pixels = self._pixels.copy()
+        for left, top, right, bottom in frame.changed:
+            part = np.ascontiguousarray(frame.ids[top:bottom, left:right])
+            x, y = left // self.samples, top // self.samples
+            found = pixel_ids(part, self.samples)
+            pixels[y : y + len(found), x : x + found.shape[1]] = found
+        return pixels
 
     @property
     def initial_target(self) -> tuple[NDArray[np.float64], float, str]:

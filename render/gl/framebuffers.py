@@ -14,15 +14,13 @@ from simbench.core.errors import RenderError
 from simbench.render.gl import (
     offscreen,  # must come before OpenGL: it sets the platform
 )
+from simbench.render.gl.windows import Window
 from simbench.render.world.projection import linear_depth
 
 # isort: split
 from OpenGL import GL
 
-__all__ = ["Framebuffers", "Window"]
-
-Window = tuple[int, int, int, int]
-"""Left, top, right and bottom of a part of the samples, the last two exclusive."""
+__all__ = ["Framebuffers"]
 
 
 class Framebuffers:

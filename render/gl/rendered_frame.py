@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.render.gl.windows import Window
+
 __all__ = ["RenderedFrame"]
 
 
@@ -27,6 +29,9 @@ class RenderedFrame:
     depth : (H, W) float32 or None, m
         Distance along the optical axis at the sample nearest each pixel's middle;
         infinite in the sky. None if not requested.
+    changed : list of Window or None
+        Parts of the samples, of whole pixels, beside which the ids are those of the
+        renderer's last frame. None if they may differ anywhere.
     """
 
     image: NDArray[np.uint8]
@@ -34,3 +39,4 @@ class RenderedFrame:
     target_silhouette: NDArray[np.bool_]
     target_window: tuple[slice, slice]
     depth: NDArray[np.float32] | None
+    changed: list[Window] | None = None

@@ -26,7 +26,7 @@ from simbench.render.gl.batches import (
     front_faces_only,
     may_be_visible,
 )
-from simbench.render.gl.framebuffers import Framebuffers, Window
+from simbench.render.gl.framebuffers import Framebuffers
 from simbench.render.gl.ground_height import GroundHeight
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
@@ -38,6 +38,7 @@ from simbench.render.gl.shadow_fit import (
 from simbench.render.gl.shadow_maps import ShadowMaps
 from simbench.render.gl.still_view import StillView, shadow_ends
 from simbench.render.gl.textures import grain_texture
+from simbench.render.gl.windows import Window
 from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
 from simbench.render.world.projection import (
@@ -195,11 +196,11 @@ class SceneRenderer:
         ground_m = self._ground_height.at(camera.position)
         fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
         windows, casts = self._seen(camera, clip, fit, poses, present)
-        parts = None
+        changed = None
         if not self._lighting.moves:
             view = clip.tobytes() + np.float64(gain).tobytes()
-            parts = self._still.changed(view, windows, poses, present)
-        parts = [self._whole] if parts is None else parts
+            changed = self._still.changed(view, windows, poses, present)
+        parts = [self._whole] if changed is None else changed
         self._draw_shadows(fit, poses, casts)
         self._place(poses, present, clip)
         lighting = self._lighting.uniforms(camera, poses, present, gain)
@@ -210,7 +211,7 @@ class SceneRenderer:
         silhouette = self.silhouette(camera, poses, shown, window)
         left, top, right, bottom = window
         inside = slice(top, bottom), slice(left, right)
-        return RenderedFrame(image, ids, silhouette, inside, depth)
+        return RenderedFrame(image, ids, silhouette, inside, depth, changed)
 
     def render_ids(
         self, camera: Camera, poses: NDArray[np.float64], present: NDArray[np.bool_]

@@ -12,14 +12,16 @@ from simbench.core.errors import RenderError
 from simbench.render.gl import offscreen  # noqa: F401  # before OpenGL: sets the platform
 from simbench.render.gl.shadow_fit import MAPS, TEXELS, ShadowFit
 from simbench.render.gl.textures import make_texture
+from simbench.render.gl.windows import Window, merged_windows
 
 # isort: split
 from OpenGL import GL
 
 __all__ = ["ShadowMaps"]
 
-_Rectangle = tuple[int, int, int, int]
-_WHOLE: _Rectangle = (0, 0, TEXELS, TEXELS)
+_WHOLE: Window = (0, 0, TEXELS, TEXELS)
+_PART_TEXELS = 50_000
+"""Texels that take as long to copy as one more part takes to begin."""
 
 
 class ShadowMaps:
@@ -33,7 +35,7 @@ class ShadowMaps:
         self._static, self._static_fb = _depth_texture()
         self._all, self._all_fb = _depth_texture()
         self._places: list[bytes | None] = [None] * MAPS
-        self._covered: list[_Rectangle] = [(0, 0, 0, 0)] * MAPS
+        self._covered: list[list[Window]] = [[]] * MAPS
 
     def update(
         self,
@@ -60,24 +62,23 @@ class ShadowMaps:
             if self._places[number] != place:
                 with _drawing(self._static_fb, number, clear=True):
                     draw_static(clip)
-                self._places[number], self._covered[number] = place, _WHOLE
+                self._places[number], self._covered[number] = place, [_WHOLE]
             self._restore(number)
-            self._covered[number] = covered = _covered(clip, needed)
-            if covered[0] < covered[2] and covered[1] < covered[3]:
+            self._covered[number] = _covered(clip, needed)
+            if self._covered[number]:
                 with _drawing(self._all_fb, number, clear=False):
                     draw_vehicles(clip, number)
 
     def _restore(self, number: int) -> None:
         """Copy the static objects' depth over that of the last frame's vehicles."""
-        left, low, right, high = self._covered[number]
-        if left >= right or low >= high:
+        if not self._covered[number]:
             return
-        x = number * TEXELS
-        part = x + left, low, x + right, high
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._static_fb)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._all_fb)
-        kind, nearest = GL.GL_DEPTH_BUFFER_BIT, GL.GL_NEAREST
-        GL.glBlitFramebuffer(*part, *part, kind, nearest)
+        kind, nearest, x = GL.GL_DEPTH_BUFFER_BIT, GL.GL_NEAREST, number * TEXELS
+        for left, low, right, high in self._covered[number]:
+            part = x + left, low, x + right, high
+            GL.glBlitFramebuffer(*part, *part, kind, nearest)
 
     def forget(self) -> None:
         """Draw all static objects again for the next frame: they have changed."""
@@ -94,20 +95,16 @@ class ShadowMaps:
         GL.glDeleteTextures([self._static, self._all])
 
 
-def _covered(clip: NDArray[np.float64], spheres: NDArray[np.float64]) -> _Rectangle:
-    """Return the texels that spheres may cover; empty where there are none."""
+def _covered(clip: NDArray[np.float64], spheres: NDArray[np.float64]) -> list[Window]:
+    """Return parts of a map with all texels that spheres may cover."""
     middle = spheres[:, :3] @ clip[:2, :3].T + clip[:2, 3]
     radius = spheres[:, 3:] * np.linalg.norm(clip[:2, :3], axis=1)
-    low, high = middle - radius, middle + radius
-    seen = np.all((low < 1.0) & (high > -1.0), axis=1)
-    if not seen.any():
-        return 0, 0, 0, 0
     half = TEXELS / 2.0
-    first = np.floor((low[seen].min(axis=0) + 1.0) * half) - 1.0
-    last = np.ceil((high[seen].max(axis=0) + 1.0) * half) + 1.0
-    left, bottom = np.clip(first, 0, TEXELS).astype(int).tolist()
-    right, top = np.clip(last, 0, TEXELS).astype(int).tolist()
-    return left, bottom, right, top
+    first = np.floor((middle - radius + 1.0) * half) - 1.0
+    last = np.ceil((middle + radius + 1.0) * half) + 1.0
+    ends = np.clip(np.hstack([first, last]), 0, TEXELS).astype(np.int64)
+    is_there = np.all(ends[:, :2] < ends[:, 2:], axis=1)
+    return merged_windows(ends[is_there], _PART_TEXELS)
 
 
 @contextmanager

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.gl.framebuffers import Window
+from simbench.render.gl.windows import Window, merged_windows
 from simbench.render.world.projection import NEAR_M
 
 __all__ = ["StillView", "shadow_ends", "windows_around"]
@@ -76,8 +75,7 @@ class StillView:
         parts = _united(last.windows[moved], windows[moved])
         parts[:, :2] -= parts[:, :2] % self._step
         parts[:, 2:] += -parts[:, 2:] % self._step
-        merged: NDArray[np.int64] = _merged(parts, _PART_SAMPLES)
-        return [(left, top, right, low) for left, top, right, low in merged.tolist()]
+        return merged_windows(parts, _PART_SAMPLES)
 
 
 def shadow_ends(
@@ -149,29 +147,3 @@ def _united(first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.i
     both = np.where(has_first[:, None], both, second)
     both = np.where(has_second[:, None], both, first)
     return both[has_first | has_second]
-
-
-@numba.njit(cache=True)
-def _merged(parts, extra):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Merge windows, (N, 4), while that covers less than ``extra`` samples more."""
-    kept = parts.copy()
-    count = len(kept)
-    while count > 1:
-        best, first, second = extra, -1, -1
-        for one in range(count):
-            for other in range(one):
-                a, b = kept[one], kept[other]
-                wide = max(a[2], b[2]) - min(a[0], b[0])
-                high = max(a[3], b[3]) - min(a[1], b[1])
-                more = wide * high - (a[2] - a[0]) * (a[3] - a[1])
-                more -= (b[2] - b[0]) * (b[3] - b[1])
-                if more < best:
-                    best, first, second = more, one, other
-        if first < 0:
-            break
-        a, b = kept[first].copy(), kept[second]
-        b[0], b[1] = min(a[0], b[0]), min(a[1], b[1])
-        b[2], b[3] = max(a[2], b[2]), max(a[3], b[3])
-        count -= 1
-        kept[first] = kept[count]
-    return kept[:count]

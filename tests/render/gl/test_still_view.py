@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
+from simbench.core.sequence import Truth
 from simbench.render.gl.ground_height import GroundHeight
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.scene_renderer import SceneRenderer
 from simbench.render.gl.still_view import StillView, shadow_ends, windows_around
+from simbench.render.truth import TruthRecorder
 from simbench.render.world.mesh import merge, triangle_mesh
 from simbench.render.world.projection import NEAR_M, clip_matrix, part_of
 from simbench.render.world.scene import Scene, build_scene, vehicle_poses
@@ -147,8 +150,9 @@ class TestGround:
 
 def _render(
     stage: Stage, scene: Scene, samples: int, *, whole: bool
-) -> list[RenderedFrame]:
+) -> tuple[list[RenderedFrame], Truth]:
     camera, frames = stage.cameras[0], []
+    recorder = TruthRecorder(scene, stage.trajectories, samples)
     with SceneRenderer(scene, camera.width, camera.height, samples) as renderer:
         for index in range(len(stage.cameras)):
             poses, present = vehicle_poses(stage.trajectories, index)
@@ -162,8 +166,10 @@ def _render(
                 with_depth=index >= 3,  # as a whole when it is first requested
                 gain=1.0 if index < 6 else 1.5,
             )
+            silhouette = partial(renderer.silhouette, stage.cameras[index], poses)
+            recorder.add(frame, stage.cameras[index], poses, silhouette)
             frames.append(frame)
-    return frames
+    return frames, recorder.finish(camera.width, camera.height)
 
 
 @pytest.fixture(scope="module")
@@ -188,8 +194,8 @@ def test_parts_drawn_anew_are_bit_identical_to_a_whole_drawing(
 ) -> None:
     stage = replace(busy, scenario=small_scenario(light=light, **_BUSY))
     scene = build_scene(stage)
-    parts = _render(stage, scene, samples, whole=False)
-    whole = _render(stage, scene, samples, whole=True)
+    parts, truth = _render(stage, scene, samples, whole=False)
+    whole, whole_truth = _render(stage, scene, samples, whole=True)
     for part, expected in zip(parts, whole, strict=True):
         assert np.array_equal(part.ids, expected.ids)
         assert np.array_equal(part.image, expected.image)
@@ -197,6 +203,14 @@ def test_parts_drawn_anew_are_bit_identical_to_a_whole_drawing(
         assert (part.depth is None) == (expected.depth is None)
         if part.depth is not None and expected.depth is not None:
             assert np.array_equal(part.depth, expected.depth)
+    assert truth.vehicles is not None and whole_truth.vehicles is not None
+    pairs = zip(truth.vehicles.masks, whole_truth.vehicles.masks, strict=True)
+    for masks, expected_masks in pairs:
+        assert masks.keys() == expected_masks.keys()
+        for identity, mask in masks.items():
+            assert np.array_equal(mask.counts, expected_masks[identity].counts)
+    fractions = truth.vehicles.visible_fraction, whole_truth.vehicles.visible_fraction
+    assert np.array_equal(*fractions)
     vehicles = np.unique(parts[0].ids)
     assert np.sum(vehicles >= scene.ids[0]) >= 4
     assert not np.array_equal(parts[0].image, parts[1].image)
