@@ -111,10 +111,22 @@ def _shake(
     for index, keep in enumerate(keeps, start=1):
         fresh = math.sqrt(1.0 - keep**2) * noise[index]
         shake[index] = keep * shake[index - 1] + fresh
-    scale = view.vibration_px
+    scale = view.vibration_px * _is_shaken(view, times)[:, None]
     # the roll moves a corner by a quarter of the displacement of the middle
     corner = math.hypot(scenario.imaging.width_px, scenario.imaging.height_px) / 2.0
-    return shake * [scale, scale, scale / 4.0 / corner]
+    return scale * shake * [1.0, 1.0, 1.0 / 4.0 / corner]
+
+
+def _is_shaken(view: CameraSettings, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return 1 at the times at which the camera vibrates, else 0; (T,)."""
+    if not view.vibration_bursts:
+        return np.ones(len(times))
+    inside = [
+        (times >= one.at_s) & (times <= one.at_s + one.lasts_s)
+        for one in view.vibration_bursts
+    ]
+    shaken: NDArray[np.float64] = np.any(inside, axis=0).astype(np.float64)
+    return shaken
 
 
 def _wander(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from simbench.core.camera import Camera
 from simbench.core.trajectories import Trajectories
 from simbench.scenarios.ball.simulate import simulate_balls
@@ -64,6 +66,16 @@ class Stage:
         scenario = self.scenario.filmed_from(camera)
         return replace(self, scenario=scenario, cameras=self.all_paths[camera])
 
+    def scenery_rng(self, number: int = 0) -> np.random.Generator:
+        """Return the generator of the roadside, or of one occluder from 1.
+
+        An attempt with new traffic has a new roadside too: a tree that hides the
+        target where the track starts does not stay.
+        """
+        redraws = self.trajectories.traffic_redraws
+        more = (number, redraws) if redraws else (number,) if number else ()
+        return generator(self.scenario, self.seed, "scenery", *more)
+
     def with_frames(self, frames: slice | list[int]) -> Stage:
         """Return a copy that has only the given frames."""
         whole = self.trajectories
@@ -88,6 +100,7 @@ def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     Parameters
     ----------
     scenario : Scenario
+        Of one whose file has samples, the one of the seed is simulated.
     seed : int
         Seed of the run, at least 0.
     skip : int
@@ -100,6 +113,7 @@ def build_stage(scenario: Scenario, seed: int, *, skip: int = 0) -> Stage:
     TrafficError
         If no plausible traffic was found.
     """
+    scenario = scenario.for_seed(seed)
     line, trajectories, network = _simulated(scenario, seed, skip)
     paths = []
     for number in range(1 + len(scenario.cameras)):

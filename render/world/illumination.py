@@ -107,7 +107,7 @@ def illuminate(light: Light) -> Illumination:
     `extinction_per_m`.
     """
     linear = {name: np.array(rgb) for name, rgb in _TIMES[light.time].items()}
-    elevation = _ELEVATION_RAD[light.time]
+    elevation = light.sun_elevation_rad or _ELEVATION_RAD[light.time]
     lamps = _VEHICLE_LAMPS[light.time]
     if light.weather != "clear":
         elevation = _OVERCAST_ELEVATION_RAD

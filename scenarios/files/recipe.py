@@ -6,23 +6,19 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from simbench.core.errors import ScenarioError
-from simbench.scenarios.files.loading import expand_variants, read_raw_scenario
 from simbench.scenarios.files.mistake_lines import scenario_error
 from simbench.scenarios.files.samples import resolve_samples, samples_in
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.mistakes import mistakes_in
 from simbench.scenarios.schema.sumo_config import with_file_digests
 
-__all__ = ["Recipe", "load_recipe", "load_recipes"]
+__all__ = ["Recipe"]
 
 _MAX_SHOWN = 4  # sampled values in a message
-_CHECKED_SEEDS = 8  # of which one must give a valid scenario
 
 
 @dataclass(frozen=True)
@@ -91,67 +87,6 @@ class Recipe:
         if self.most_frames is None:
             return scenario
         return scenario.shortened(self.most_frames)
-
-
-def load_recipe(name_or_path: str | Path) -> Recipe:
-    """Read a scenario file that may contain random samples.
-
-    Parameters
-    ----------
-    name_or_path : str or Path
-        As for `simbench.load_scenario`.
-
-    Returns
-    -------
-    Recipe
-
-    Raises
-    ------
-    ScenarioError
-        With one line, if the file cannot be read, a sample is invalid, or the file is
-        invalid whatever is sampled. Mistakes that only some sampled values make are
-        found by `Recipe.scenario`.
-
-    Examples
-    --------
-    >>> recipe = load_recipe("smoke")
-    >>> recipe.is_fixed, recipe.scenario(7).name
-    (True, 'smoke')
-    """
-    source = str(name_or_path)
-    recipe = Recipe(read_raw_scenario(name_or_path), source)
-    samples = [key.split(".") for key in samples_in(recipe.content, source)]
-    for seed in range(_CHECKED_SEEDS):
-        try:
-            recipe.scenario(seed)
-        except ScenarioError as error:
-            is_last = seed == _CHECKED_SEEDS - 1
-            if is_last or _is_independent(error.__cause__, samples):
-                raise
-        else:
-            break
-    return recipe
-
-
-def load_recipes(name_or_path: str | Path) -> list[Recipe]:
-    """Read one recipe, or for a name that ends with ``@all`` one for each variant."""
-    return [load_recipe(name) for name in expand_variants(name_or_path)]
-
-
-def _is_independent(cause: BaseException | None, samples: list[list[str]]) -> bool:
-    """Whether one of the mistakes occurs whatever is sampled."""
-    if not isinstance(cause, ValidationError):
-        return True
-    places = [[str(part) for part in one["loc"]] for one in cause.errors()]
-    return not all(any(_overlap(place, key) for key in samples) for place in places)
-
-
-def _overlap(place: list[str], sample: list[str]) -> bool:
-    """Whether a mistake is at a sample, within it, or in a part that contains it."""
-    if len(place) < len(sample):
-        return sample[: len(place)] == place
-    parts = iter(place)  # pydantic inserts the tags of union members
-    return all(part in parts for part in sample)
 
 
 def _sampled(line: str, values: Mapping[str, Any], seed: int) -> str:

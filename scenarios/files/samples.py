@@ -6,6 +6,8 @@ In place of any value, one of these may be given::
     {range: [0.001, 0.1], log: true}          uniform in the logarithm
     {choice: [red, white]}                    all equally likely
     {choice: [car, truck], weights: [3, 1]}
+    {same_as: target.colour}                  what another key has, sampled or not
+    {same_as: target.speed_mps, times: 1.1, plus: {range: [1, 3]}}
 
 A range of a key that takes whole numbers is sampled from the whole numbers, both ends
 included. A choice may be between mappings or lists, which may contain samples in turn.
@@ -48,6 +50,7 @@ __all__ = [
 Key = tuple[str, ...]
 
 _LARGEST = 1e15  # floats represent every whole number up to here
+_KINDS = {"range", "choice", "same_as"}
 _FIXED_KEYS = ("name", "variant")  # they name sequences: the same for every seed
 
 _Number = Annotated[float, Field(strict=True, ge=-_LARGEST, le=_LARGEST)]
@@ -126,9 +129,36 @@ class ChoiceSample(StrictModel):
         return self.choice[int(rng.choice(len(self.choice), p=shares))]
 
 
+class LinkedSample(StrictModel):
+    """What another key has; of a number, a factor of it and more."""
+
+    same_as: str = Field(pattern=r"^[a-z_0-9]+(\.[a-z_0-9]+)*$", max_length=200)
+    times: _Number = 1.0
+    plus: _Number | RangeSample = 0.0
+
+    def value(self, other: Any, rng: np.random.Generator, is_whole: bool) -> Any:
+        """Return the value for what the other key has.
+
+        Raises
+        ------
+        TypeError
+            If a factor or sum is asked of what is no number.
+        """
+        plus = self.plus if isinstance(self.plus, float) else self.plus.sample(rng)
+        if self.times == 1.0 and plus == 0.0:
+            return other
+        if isinstance(other, bool) or not isinstance(other, int | float):
+            raise TypeError
+        value = float(other) * self.times + plus
+        return round(value) if is_whole else value
+
+
+_Sample = RangeSample | ChoiceSample | LinkedSample
+
+
 def is_sample(value: object) -> bool:
     """Whether a value of a scenario file is a random sample."""
-    return isinstance(value, Mapping) and not {"range", "choice"}.isdisjoint(value)
+    return isinstance(value, Mapping) and not _KINDS.isdisjoint(value)
 
 
 def samples_in(content: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -199,12 +229,17 @@ def resolve_samples(
         As `samples_in`.
     """
     values: dict[str, Any] = {}
+    links: dict[Key, tuple[LinkedSample, np.random.Generator]] = {}
 
     def resolved(value: Any, key: Key, depth: int = 0) -> Any:
         if is_sample(value):
             rng = _generator(seed, name, key, depth)
             try:
-                chosen = _parsed(value, key).sample(rng)
+                sample = _parsed(value, key)
+                if isinstance(sample, LinkedSample):
+                    links[key] = sample, rng
+                    return None
+                chosen = sample.sample(rng)
             except Mistakes as error:
                 raise scenario_error(where, error.mistakes) from error
             values[".".join(key)] = resolved(chosen, key, depth + 1)
@@ -215,7 +250,31 @@ def resolve_samples(
             return [resolved(one, (*key, str(at))) for at, one in enumerate(value)]
         return value
 
-    return resolved(content, ()), values
+    result = resolved(content, ())
+    for key, (link, rng) in links.items():
+        try:
+            other = tuple(link.same_as.split("."))
+            if other in links:
+                raise LookupError
+            value = link.value(_at(result, other), rng, takes_whole_numbers(key))
+        except (LookupError, TypeError, ValueError) as error:
+            what = "a number" if isinstance(error, TypeError) else "a key with a value"
+            text = f"same_as must name {what}, got {link.same_as!r}"
+            raise scenario_error(where, [Mistake(key, text)]) from None
+        _at(result, key[:-1])[_index(key[-1], _at(result, key[:-1]))] = value
+        values[".".join(key)] = value
+    return result, values
+
+
+def _at(content: Any, key: Key) -> Any:
+    """Return what is at a key of resolved content."""
+    for part in key:
+        content = content[_index(part, content)]
+    return content
+
+
+def _index(part: str, container: Any) -> Any:
+    return int(part) if isinstance(container, list) else part
 
 
 def _generator(seed: int, name: str, key: Key, depth: int) -> np.random.Generator:
@@ -250,8 +309,8 @@ def _walk(value: Any, key: Key, found: dict[Key, Any]) -> Iterator[Mistake]:
         yield Mistake(key, f"must be finite, got {value}")
 
 
-def _parsed(value: Mapping[str, Any], key: Key) -> RangeSample | ChoiceSample:
-    kind: type[RangeSample | ChoiceSample] = ChoiceSample
+def _parsed(value: Mapping[str, Any], key: Key) -> _Sample:
+    kind: type[_Sample] = LinkedSample if "same_as" in value else ChoiceSample
     if "range" in value:
         kind = WholeRangeSample if takes_whole_numbers(key) else RangeSample
     try:
@@ -281,7 +340,7 @@ def schema_with_samples() -> dict[str, Any]:
         for key, value in part.get("properties", {}).items():
             if key not in _FIXED_KEYS:
                 part["properties"][key] = _or_sample(value)
-    sample = TypeAdapter(RangeSample | ChoiceSample).json_schema()
+    sample = TypeAdapter(_Sample).json_schema()
     schema["$defs"] |= sample.pop("$defs") | {"Sample": sample}
     return schema
 

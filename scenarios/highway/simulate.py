@@ -16,6 +16,7 @@ from simbench.core.errors import TrafficError
 from simbench.core.trajectories import Trajectories
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.geometry.road import RoadLine
+from simbench.scenarios.highway.drawn_lane_changes import with_lane_changes
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.kinematics import STEP_S, road_trajectories
 from simbench.scenarios.schema import Scenario, ScriptedVehicle, Target, scripted_lanes
@@ -62,7 +63,8 @@ def simulate(
     times = frame_times(scenario, seed)
     for attempt in range(skip, skip + _ATTEMPTS):
         sumo_seed = stream_seed(scenario, seed, "traffic", attempt)
-        request = _request(scenario, line, sumo_seed, float(times[-1]))
+        acted = with_lane_changes(scenario, seed, attempt)
+        request = _request(acted, line, sumo_seed, float(times[-1]))
         recording = _recorded(request)
         reason = _implausible(recording, request, scenario)
         if not reason:

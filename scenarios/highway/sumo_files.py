@@ -56,7 +56,8 @@ def types_xml(request: dict[str, Any]) -> str:
         parts.append(
             f'<vType id="{kind}" {common} maxSpeed="{model.max_speed}" '
             f'speedFactor="normc({model.speed_factor},0.08,0.6,1.2)" '
-            f'lcSpeedGain="3" lcKeepRight="0.4" lcAssertive="1.5"/>'
+            f'lcSpeedGain="{3 * request["overtaking"]:g}" '
+            f'lcKeepRight="0.4" lcAssertive="1.5"/>'
         )
         parts.append(
             f'<vType id="{kind}.actor" {common} maxSpeed="80" '

@@ -19,9 +19,10 @@ from simbench.scenarios.schema.road import (
     RoadSection,
     SumoRoad,
 )
-from simbench.scenarios.schema.scenario import Scenario, Seeds
+from simbench.scenarios.schema.scenario import Mirror, Scenario, Seeds
 from simbench.scenarios.schema.scenery import Occluder, Surroundings, Tunnel
 from simbench.scenarios.schema.traffic import (
+    LaneChanges,
     Manoeuvre,
     ScriptedVehicle,
     Target,
@@ -41,8 +42,10 @@ __all__ = [
     "FloorPlan",
     "Imaging",
     "Kick",
+    "LaneChanges",
     "Light",
     "Manoeuvre",
+    "Mirror",
     "Occluder",
     "Occlusion",
     "Place",

@@ -28,6 +28,12 @@ class Light(StrictModel):
     sun_azimuth_rad: float = Field(
         default=2.2, ge=-7, le=7, description="Counter-clockwise from the road's x."
     )
+    sun_elevation_rad: float | None = Field(
+        default=None,
+        ge=0.05,
+        le=1.55,
+        description="In clear weather; null: as usual at that time.",
+    )
     haze_per_km: float = Field(default=0.25, ge=0, le=50, description="Extinction.")
     shadows: bool = True
     illumination: float = Field(

@@ -173,6 +173,9 @@ def _off_lanes(
 ) -> Iterator[Mistake]:
     """Yield lane changes off the road or before the previous one has ended."""
     duration_s, previous_s = scenario.traffic.lane_change_s, -math.inf
+    if vehicle.lane_changes is not None and scripted_lanes(vehicle):
+        yield _mistake(where, "lane_changes excludes change_lane, got both")
+        return
     for at_s, lane in scripted_lanes(vehicle):
         if not 0 <= lane < road.lanes:
             yield _mistake(

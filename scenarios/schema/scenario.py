@@ -6,22 +6,25 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import Any, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 from pydantic import ConfigDict, Field, ValidationError, model_validator
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.schema.dials import Dials
+from simbench.scenarios.schema.draws import Draws
 from simbench.scenarios.schema.light import Light
 from simbench.scenarios.schema.mistakes import mistakes_in
+from simbench.scenarios.schema.point import Point
 from simbench.scenarios.schema.road import AnyRoad, Road, SumoRoad
 from simbench.scenarios.schema.road_checks import require_parts_fit
 from simbench.scenarios.schema.scenery import Occluder, Surroundings
 from simbench.scenarios.schema.strict_model import StrictModel
+from simbench.scenarios.schema.sumo_config import with_file_digests
 from simbench.scenarios.schema.traffic import ScriptedVehicle, Target, Traffic
 from simbench.scenarios.schema.view import CameraSettings, Imaging
 
-__all__ = ["Scenario", "Seeds"]
+__all__ = ["Mirror", "Scenario", "Seeds"]
 
 _LARGEST_SEED = 2**63 - 1
 _MOST_CAMERAS = 32
@@ -35,6 +38,15 @@ class Seeds(StrictModel):
     traffic: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
     looks: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
     sensor: int | None = Field(default=None, ge=0, le=_LARGEST_SEED)
+
+
+class Mirror(StrictModel):
+    """A sequence of a paper that a scenario imitates."""
+
+    paper: Literal["dpf", "dsp", "nbrf"] = Field(description="As for reproduce.")
+    sequence: str = Field(
+        pattern=r"^[a-z0-9][a-z0-9-]{0,63}$", description="As the paper calls it."
+    )
 
 
 class Scenario(StrictModel):
@@ -61,6 +73,9 @@ class Scenario(StrictModel):
     variant: str = Field(
         default="", max_length=200, description="Which of several of that name."
     )
+    mirrors: tuple[Mirror, ...] = Field(
+        default=(), max_length=20, description="Sequences of papers that it imitates."
+    )
     frames: int = Field(ge=2, le=100_000, description="Frames kept.")
     road: AnyRoad = Road()
     traffic: Traffic = Traffic()
@@ -85,6 +100,8 @@ class Scenario(StrictModel):
     imaging: Imaging = Imaging()
     dials: Dials = Dials()
     seeds: Seeds = Seeds()
+    point: Point = Point()
+    draws: Draws | None = Field(default=None, description="Filled in from samples.")
 
     @model_validator(mode="after")
     def _parts_fit_the_road(self) -> Self:
@@ -135,6 +152,30 @@ class Scenario(StrictModel):
         """Latest time of an event in seconds; infinite where frames may be lost."""
         return math.inf if self.imaging.drop_share else self.duration_s
 
+    def for_seed(self, seed: int) -> Scenario:
+        """Return the scenario of a seed: itself, if its file samples nothing.
+
+        A scenario whose file has samples stands for all that can be drawn; its own
+        values are those of one seed.
+
+        Raises
+        ------
+        ScenarioError
+            If the values sampled for the seed are invalid together.
+
+        Examples
+        --------
+        >>> import simbench
+        >>> poles = simbench.load_scenario("poles")
+        >>> len({poles.for_seed(seed).target.colour for seed in range(20)}) > 1
+        True
+        """
+        if self.draws is None:
+            return self
+        from simbench.scenarios.files.draws import drawn  # it reads files with this
+
+        return drawn(self, seed)
+
     @property
     def full_name(self) -> str:
         """Name with the variant, as a user writes it: ``NAME`` or ``NAME@VARIANT``."""
@@ -144,8 +185,13 @@ class Scenario(StrictModel):
     def digest(self) -> str:
         """SHA-256 over the validated content, as hex."""
         content = self.model_dump(mode="json")
+        if content["draws"] is None:
+            del content["draws"]
         if isinstance(self.road, SumoRoad):  # the content of files, not their paths
             content["road"] |= {"sumo": "", "routes": None}
+            if self.draws is not None:
+                road = with_file_digests(self.draws.content.get("road"))
+                content["draws"]["content"]["road"] = road
         text = json.dumps(content, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -235,6 +281,8 @@ class Scenario(StrictModel):
                 "traffic": self.traffic.model_copy(update={"balls": balls}),
                 "target": target.with_duration(self.duration_s),
                 "strangers": tuple(_shortened(v, last_s) for v in self.strangers),
+                "draws": self.draws
+                and self.draws.model_copy(update={"frames": frames}),
             }
         )
 

@@ -13,6 +13,7 @@ __all__ = ["Stream", "child_generator", "generator", "stream_seed"]
 
 Stream = Literal[
     "traffic",
+    "lane_changes",
     "looks",
     "scenery",
     "hills",
@@ -33,6 +34,7 @@ _STREAMS: dict[Stream, tuple[int, Literal["traffic", "looks", "sensor"]]] = {
     "weather": (7, "sensor"),
     "hills": (8, "looks"),
     "cameras": (9, "looks"),
+    "lane_changes": (10, "traffic"),
 }
 """Number of each stream, and the key of ``seeds`` that fixes its seed."""
 _OF_A_CAMERA = ("sensor", "vibration", "weather")

@@ -11,6 +11,7 @@ from simbench.scenarios.schema.names import PaintName, RoadClass
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
+    "LaneChanges",
     "Manoeuvre",
     "ScriptedVehicle",
     "Target",
@@ -38,6 +39,12 @@ class Traffic(StrictModel):
     )
     warm_up_s: float = Field(default=15, ge=0, le=120)
     lane_change_s: float = Field(default=5, ge=1, le=12, description="Duration.")
+    overtaking: float = Field(
+        default=1,
+        ge=0,
+        le=10,
+        description="How readily its drivers change lanes to gain speed.",
+    )
     balls: tuple[Ball, ...] = Field(
         default=(), max_length=20, description="On a floor, beside the target."
     )
@@ -96,6 +103,13 @@ class Manoeuvre(StrictModel):
         return self
 
 
+class LaneChanges(StrictModel):
+    """Lane changes at random times, to either side, other ones for every seed."""
+
+    per_min: float = Field(gt=0, le=20, description="Mean number a minute.")
+    from_s: float = Field(default=0, ge=0, le=600, description="None before.")
+
+
 class Target(StrictModel):
     """The target: a scripted vehicle, one found in a SUMO network, or a ball."""
 
@@ -111,6 +125,9 @@ class Target(StrictModel):
         description="Length of its carriageway without traffic in frame 0.",
     )
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
+    lane_changes: LaneChanges | None = Field(
+        default=None, description="Beside manoeuvres of its speed."
+    )
     ball: Ball | None = Field(default=None, description="On a floor: the only key.")
     id: str | None = Field(
         default=None,
@@ -159,6 +176,9 @@ class ScriptedVehicle(StrictModel):
     )
     speed_mps: float = Field(default=28, ge=0, le=70)
     manoeuvres: tuple[Manoeuvre, ...] = Field(default=(), max_length=50)
+    lane_changes: LaneChanges | None = Field(
+        default=None, description="Beside manoeuvres of its speed."
+    )
 
 
 def scripted_lanes(vehicle: Target | ScriptedVehicle) -> list[tuple[float, int]]:

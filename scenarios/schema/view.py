@@ -11,7 +11,7 @@ from simbench.scenarios.schema.mistakes import Mistake, Mistakes
 from simbench.scenarios.schema.road import Place
 from simbench.scenarios.schema.strict_model import StrictModel
 
-__all__ = ["CameraSettings", "Imaging", "require_renderable"]
+__all__ = ["Burst", "CameraSettings", "Imaging", "require_renderable"]
 
 _MOST_SAMPLES = 2**26  # of one picture
 
@@ -31,6 +31,13 @@ def require_renderable(width_px: int, height_px: int, samples: int) -> None:
             f"{samples} for each of {width_px} x {height_px} px"
         )
         raise Mistakes([Mistake(("samples",), text)])
+
+
+class Burst(StrictModel):
+    """A stretch of time."""
+
+    at_s: float = Field(ge=0, le=14_400, description="Start.")
+    lasts_s: float = Field(gt=0, le=14_400)
 
 
 class CameraSettings(StrictModel):
@@ -65,6 +72,9 @@ class CameraSettings(StrictModel):
         default=0, ge=0, le=50, description="Standard deviation of the displacement."
     )
     vibration_hz: float = Field(default=6, gt=0.1, le=60)
+    vibration_bursts: tuple[Burst, ...] = Field(
+        default=(), max_length=50, description="When it vibrates; empty: always."
+    )
 
     @model_validator(mode="after")
     def _drive_has_speed(self) -> Self:

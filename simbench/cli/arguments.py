@@ -138,7 +138,7 @@ def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
     SimbenchError
         If one cannot be read, or none has so many frames.
     """
-    from simbench.scenarios.files.recipe import load_recipes
+    from simbench.scenarios.files.loading import load_recipes
 
     _require_single_names(names)
     recipes = [recipe for name in names for recipe in load_recipes(name)]

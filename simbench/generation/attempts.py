@@ -134,6 +134,7 @@ def render_views(
     ScenarioError, TrafficError, RenderError
         See `render_with_dials`, of the first camera.
     """
+    scenario = scenario.for_seed(seed)
     session = _Session(scenario, films, progress)
     correction = 0.0
     for attempt in range(MAX_ATTEMPTS):
@@ -278,6 +279,7 @@ def use_in_view(
     ScenarioError, TrafficError, RenderError
         If the scenario cannot be simulated or rendered.
     """
+    scenario = scenario.for_seed(seed)
     skip, unfit = 0, SimbenchError()
     for sample in range(_TRAFFIC_SAMPLES):
         if sample:

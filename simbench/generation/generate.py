@@ -43,6 +43,7 @@ logger = logging.getLogger(__name__)
 
 def sequence_digest(scenario: Scenario, seed: int) -> str:
     """Return the SHA-256, as hex, of the scenario and seed of a sequence."""
+    scenario = scenario.for_seed(seed)
     return hashlib.sha256(f"{scenario.digest}:{seed}".encode()).hexdigest()
 
 
@@ -61,7 +62,8 @@ def generate(
     Parameters
     ----------
     scenario : Scenario
-        See `simbench.load_scenario`.
+        See `simbench.load_scenario`; of one whose file has samples, the one of the seed
+        is generated.
     seed : int
         At least 0. The same scenario and seed give the same bytes on one machine.
     out : Path or str, optional
@@ -141,6 +143,7 @@ def generate_views(
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
     recorded = require_known(channels)
+    scenario = scenario.for_seed(seed)
     logger.info("%s seed %d: %d frames", scenario.name, seed, scenario.frames)
     images: dict[int, dict[int, bytes]] = {camera: {} for camera in folders}
 

@@ -49,6 +49,7 @@ def write_preview(
     DatasetError
         If the file cannot be written.
     """
+    scenario = scenario.for_seed(seed)
     if frame >= scenario.frames:
         raise ScenarioError(
             f"{scenario.full_name}: frame must be below {scenario.frames}, got {frame}"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from simbench.core.errors import SimbenchError
 from simbench.evaluation.baseline import Baseline
-from simbench.scenarios.files.recipe import load_recipe
+from simbench.scenarios.files.loading import load_recipe
 from simbench.scenarios.network.shapes import read_network
 from tests.attack.damaged_baselines import damaged_baselines
 from tests.attack.forked import in_child

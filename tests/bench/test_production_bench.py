@@ -11,7 +11,7 @@ import pytest
 from simbench.generation.dataset.produce import produce_dataset
 from simbench.generation.dataset.request import DatasetRequest, spread
 from simbench.runtime.versions import core_count
-from simbench.scenarios.files.recipe import load_recipe
+from simbench.scenarios.files.loading import load_recipe
 
 pytestmark = [pytest.mark.bench, pytest.mark.gl, pytest.mark.sumo]
 

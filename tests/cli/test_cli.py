@@ -156,9 +156,6 @@ YAML = "title: t\ntests: t\nframes: 24\n"
             id="data set folder with other files",
         ),
         pytest.param("generate smoke --out foo://a", "not known", id="protocol"),
-        pytest.param(
-            "run ./sampled.yaml", "is sampled for each seed", id="sampled values"
-        ),
         pytest.param("sing", "No such command 'sing'; see 'simb", id="command"),
         pytest.param("runn", "did you mean 'run'?", id="misspelt command"),
         pytest.param("version", "did you mean 'simbench --version'?", id="no dashes"),
@@ -250,7 +247,6 @@ def test_wrong_input_is_one_line_and_status_2(
 ) -> None:
     Path("broken.yaml").write_text("name: [")
     Path("unknown.yaml").write_text(f"name: a\n{YAML}colour: red\n")
-    Path("sampled.yaml").write_text(f"name: a\n{YAML}seeds: {{looks: {{choice: [1]}}}}")
     long = YAML.replace("24", "{range: [20, 40]}")
     Path("long.yaml").write_text(f"name: long\n{long}")
     Path("range.yaml").write_text("name: a\ntitle: t\ntests: t\nframes: -3\n")

@@ -56,6 +56,31 @@ def test_vibration_moves_the_picture_by_the_requested_pixels() -> None:
     assert places.std(axis=0) == pytest.approx([2.0, 2.0], abs=4 * 2 / 800**0.5)
 
 
+def test_bursts_confine_the_vibration_to_their_times() -> None:
+    camera = small_scenario().camera.model_dump() | {
+        "vibration_px": 2.0,
+        "vibration_bursts": [{"at_s": 1.0, "lasts_s": 2.0}],
+    }
+    scenario = small_scenario(frames=125, camera=camera, target={"speed_mps": 5})
+    stage, always = _stage(scenario), _stage(_always_shaken(scenario))
+    aim = stage.line.point(40.0, -7.25, 1.5)
+    places, steady = (
+        np.stack([camera.project(aim)[0] for camera in one.cameras])
+        for one in (stage, always)
+    )
+    moved = np.abs(places - [80.0, 60.0]).max(axis=1) > 1e-6
+    times = stage.trajectories.times
+    assert not moved[(times < 1.0) | (times > 3.0)].any()
+    inside = (times >= 1.0) & (times <= 3.0)
+    # within a burst the camera moves as if it vibrated all the time
+    assert places[inside] == pytest.approx(steady[inside])
+
+
+def _always_shaken(scenario: Scenario) -> Scenario:
+    view = scenario.camera.model_copy(update={"vibration_bursts": ()})
+    return scenario.model_copy(update={"camera": view})
+
+
 def test_a_camera_at_its_own_look_at_is_an_error() -> None:
     place = {"along_m": 0, "lateral_m": 0, "height_m": 3}
     camera = {"position": place, "look_at": place}

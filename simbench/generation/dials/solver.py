@@ -64,7 +64,7 @@ def solve_dials(
         If the dials cannot be reached together; the message names the conflict.
     """
     try:
-        return _solve(scenario, seed, skip, correction)
+        return _solve(scenario.for_seed(seed), seed, skip, correction)
     except ValidationError as error:  # a cause outside the limits of scenarios
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))

@@ -19,8 +19,7 @@ from simbench.render.render_frames import render_frames
 from simbench.report.pictures import Snapshot, describe_visibility, snapshot
 from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.achieved_dials import occlusions_of
-from simbench.scenarios.files.loading import read_raw_scenario
-from simbench.scenarios.files.recipe import load_recipe
+from simbench.scenarios.files.loading import load_recipe, read_raw_scenario
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import Stage, build_stage
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -510,3 +511,11 @@ class TestRendered:
         along = scene.lamps.street[:, 0]
         assert not np.any((along > 30) & (along < 110))
         assert np.any(along < 30) and np.any(along > 110)
+
+
+def test_the_hour_sets_the_height_of_the_sun_in_clear_weather() -> None:
+    light = Light(sun_elevation_rad=0.4, sun_azimuth_rad=0.0)
+    expected = [math.cos(0.4), 0.0, math.sin(0.4)]
+    assert illuminate(light).to_sun == pytest.approx(expected)
+    usual = illuminate(Light(sun_azimuth_rad=0.0)).to_sun
+    assert usual == pytest.approx([math.cos(0.75), 0.0, math.sin(0.75)])

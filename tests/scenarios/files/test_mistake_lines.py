@@ -8,8 +8,7 @@ import pytest
 
 from simbench.cli import execute
 from simbench.core.errors import ScenarioError, SimbenchError
-from simbench.scenarios.files.loading import load_scenario
-from simbench.scenarios.files.recipe import load_recipe
+from simbench.scenarios.files.loading import load_recipe, load_scenario
 
 TEXT = """\
 name: mine

@@ -16,14 +16,22 @@ from pydantic import BaseModel
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios import schema
-from simbench.scenarios.files.loading import load_scenario, scenario_schema
-from simbench.scenarios.files.recipe import Recipe, load_recipe, load_recipes
+from simbench.scenarios.files.loading import (
+    load_recipe,
+    load_recipes,
+    load_scenario,
+    scenario_schema,
+)
+from simbench.scenarios.files.recipe import Recipe
 from simbench.scenarios.files.samples import (
     resolve_samples,
     samples_in,
     takes_whole_numbers,
 )
+from simbench.scenarios.schema import Scenario
 from tests.scenarios.small_scenario import small_scenario
+
+_LENS = {"range": [0.5, 0.8]}
 
 
 def _recipe(**parts: Any) -> Recipe:
@@ -271,10 +279,80 @@ def test_sample_with_some_valid_values_is_no_mistake_of_the_file(
     assert load_recipe(path).name == "story"
 
 
-def test_load_scenario_refuses_samples_in_one_line(tmp_path: Path) -> None:
-    path = _file(tmp_path, frames={"range": [3, 4]})
-    with pytest.raises(ScenarioError, match=r"frames: is sampled for each seed"):
-        load_scenario(path)
+def test_a_loaded_scenario_gives_what_the_recipe_gives_for_each_seed(
+    tmp_path: Path,
+) -> None:
+    path = _file(tmp_path, frames={"range": [3, 400]}, camera={"fov_rad": _LENS})
+    scenario, recipe = load_scenario(path), load_recipe(path)
+    for seed in range(5):
+        assert scenario.for_seed(seed) == recipe.scenario(seed)
+    assert scenario.for_seed(3).for_seed(4) == scenario.for_seed(3)
+
+
+def test_a_scenario_with_samples_survives_its_record(tmp_path: Path) -> None:
+    scenario = load_scenario(_file(tmp_path, camera={"fov_rad": _LENS}))
+    read = Scenario.model_validate(scenario.shortened(7).model_dump(mode="json"))
+    assert read.digest == scenario.shortened(7).digest != scenario.digest
+    assert read.for_seed(2) == scenario.for_seed(2).shortened(7)
+
+
+def test_dials_leave_every_sample_as_it_is(tmp_path: Path) -> None:
+    scenario = load_scenario(_file(tmp_path, camera={"fov_rad": _LENS}))
+    turned = scenario.with_dials({"noise": 0.1}).shortened(5)
+    found, plain = turned.for_seed(3), scenario.for_seed(3).shortened(5)
+    assert found.dials.noise == 0.1
+    assert found.model_copy(update={"dials": plain.dials}) == plain
+
+
+def test_a_part_replaced_in_python_is_so_for_every_seed(tmp_path: Path) -> None:
+    scenario = load_scenario(
+        _file(tmp_path, camera={"fov_rad": _LENS, "vibration_px": {"range": [1, 2]}})
+    )
+    lens = scenario.camera.model_copy(update={"fov_rad": 0.9})
+    found = scenario.model_copy(update={"camera": lens}).for_seed(4)
+    assert found.camera.fov_rad == 0.9
+    assert found.camera.vibration_px == scenario.for_seed(4).camera.vibration_px
+    assert scenario.for_seed(4).camera.vibration_px != scenario.camera.vibration_px
+
+
+def test_a_value_can_follow_another_one(tmp_path: Path) -> None:
+    target = {
+        "colour": {"choice": ["red", "blue", "green"]},
+        "lane": {"choice": [0, 1]},
+        "speed_mps": {"range": [18, 22]},
+    }
+    stranger = {
+        "ahead_m": 20,
+        "colour": {"same_as": "target.colour"},
+        "lane": {"same_as": "target.lane", "times": -1, "plus": 1},
+        "speed_mps": {"same_as": "target.speed_mps", "plus": {"range": [1, 2]}},
+    }
+    recipe = load_recipe(_file(tmp_path, target=target, strangers=[stranger]))
+    gains = set()
+    for seed in range(12):
+        own, (other,) = recipe.scenario(seed).target, recipe.scenario(seed).strangers
+        assert other.colour == own.colour
+        assert other.lane == 1 - own.lane
+        gains.add(other.speed_mps - own.speed_mps)
+    assert 1 < min(gains) < max(gains) < 2
+
+
+@pytest.mark.parametrize(
+    ("link", "words"),
+    [
+        ({"same_as": "target.lene"}, "a key with a value, got 'target.lene'"),
+        ({"same_as": "target.colour", "plus": 1}, "a number, got 'target.colour'"),
+        ({"same_as": "strangers.0.lane"}, "a key with a value"),
+    ],
+)
+def test_a_link_to_nothing_is_one_line(
+    tmp_path: Path, link: dict[str, Any], words: str
+) -> None:
+    target = {"colour": "red"}
+    stranger = {"ahead_m": 20, "lane": link}
+    path = _file(tmp_path, target=target, strangers=[stranger])
+    with pytest.raises(ScenarioError, match=rf"strangers\.0\.lane: .*{words}"):
+        load_recipe(path)
 
 
 def test_schema_accepts_a_sample_for_any_value_but_the_names() -> None:

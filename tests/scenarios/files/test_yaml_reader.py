@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from simbench.core.errors import ScenarioError, SimbenchError
 from simbench.scenarios.files.library import library_files
-from simbench.scenarios.files.recipe import load_recipe
+from simbench.scenarios.files.loading import load_recipe
 from simbench.scenarios.files.yaml_reader import line_of, read_yaml
 
 SMOKE = library_files()["smoke"].read_text()
