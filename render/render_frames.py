@@ -20,7 +20,13 @@ from simbench.render.image.exposure import AutoExposure
 from simbench.render.image.glare_and_rain import add_glare_and_rain
 from simbench.render.image.sensor import Sensor
 from simbench.render.truth import TruthRecorder
-from simbench.render.world.scene import Scene, build_scene, vehicle_poses
+from simbench.render.world.scene import (
+    FIRST_OCCLUDER_ID,
+    FIRST_VEHICLE_ID,
+    Scene,
+    build_scene,
+    vehicle_poses,
+)
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
@@ -39,10 +45,12 @@ _MIN_INSIDE = 0.5
 """Minimum share of its box inside the image there."""
 _MIN_SIZE_PX = 6.0
 """Minimum width and height of its box there."""
+_SAMPLED = ("vehicle", "tree", "lamp", "gantry")
+"""Kinds of objects that stand elsewhere in another attempt."""
 
 
 class TargetHiddenError(RenderError):
-    """A vehicle occludes the target in the first frame, where trackers start."""
+    """What another attempt has elsewhere hides the target where trackers start."""
 
 
 class OpenScene(NamedTuple):
@@ -118,7 +126,7 @@ def render_frames(
         If no OpenGL context opens, or the target is not visible enough in the first
         frame.
     TargetHiddenError
-        If a vehicle occludes it there.
+        If a vehicle, or an object of the roadside, occludes it there.
     """
     scenario = stage.scenario
     imaging = scenario.imaging
@@ -146,7 +154,7 @@ def render_frames(
             silhouette = partial(renderer.silhouette, camera, poses)
             recorder.add(rendered, camera, poses, silhouette)
             if index == 0:
-                _require_visible_target(scenario, recorder)
+                _require_visible_target(scenario, scene, recorder)
             if channels is not None:
                 channels.add(index, rendered, camera, poses, imaging.samples)
             rng = generator(scenario, stage.seed, "sensor", index)
@@ -174,7 +182,7 @@ def require_visible_start(stage: Stage, opened: OpenScene) -> None:
         _require_target(scenario, rendered)
         recorder = TruthRecorder(scene, trajectories, scenario.imaging.samples)
         recorder.add(rendered, camera, poses)
-        _require_visible_target(scenario, recorder)
+        _require_visible_target(scenario, scene, recorder)
 
 
 def _require_target(scenario: Scenario, rendered: RenderedFrame) -> None:
@@ -188,9 +196,12 @@ def _require_target(scenario: Scenario, rendered: RenderedFrame) -> None:
         )
 
 
-def _require_visible_target(scenario: Scenario, recorder: TruthRecorder) -> None:
+def _require_visible_target(
+    scenario: Scenario, scene: Scene, recorder: TruthRecorder
+) -> None:
     """Require a first frame on which trackers can be started."""
-    box, fraction, occluder = recorder.initial_target
+    box, fraction, identity = recorder.initial_target
+    occluder = scene.labels.get(identity, "vehicle")
     key = f"cameras.{scenario.filmed_by - 1}" if scenario.filmed_by else "camera"
     size = scenario.imaging.width_px, scenario.imaging.height_px
     inside = float(np.nansum(area(clip(box[None], *size)))) / float(area(box))
@@ -202,8 +213,9 @@ def _require_visible_target(scenario: Scenario, recorder: TruthRecorder) -> None
             f"{key}.look_at, {key}.fov_rad or target.along_m"
         )
     if fraction < _MIN_VISIBLE:
-        is_traffic = occluder == "vehicle"  # another sample of the traffic may help
-        raise (TargetHiddenError if is_traffic else RenderError)(
+        is_own = FIRST_OCCLUDER_ID <= identity < FIRST_VEHICLE_ID
+        is_sampled = occluder in _SAMPLED and not is_own  # another sample may help
+        raise (TargetHiddenError if is_sampled else RenderError)(
             f"{scenario.name}: a {occluder} hides the target in the first frame, where "
             f"trackers are started: expected a visible fraction of {_MIN_VISIBLE:g} or "
             f"more, got {fraction:.3f}"

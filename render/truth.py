@@ -120,6 +120,7 @@ class TruthRecorder:
     _fraction: list[float] = field(default_factory=list)
     _absent: list[bool] = field(default_factory=list)
     _occluders: list[str] = field(default_factory=list)
+    _hidden_by: list[int] = field(default_factory=list)
     _masks: list[dict[int, Mask]] = field(default_factory=list)
     _pixels: NDArray[np.uint16] | None = None
 
@@ -182,10 +183,13 @@ class TruthRecorder:
         return pixels
 
     @property
-    def initial_target(self) -> tuple[NDArray[np.float64], float, str]:
-        """The target in the first frame: box (4,) px, visible fraction, occluder."""
+    def initial_target(self) -> tuple[NDArray[np.float64], float, int]:
+        """The target in the first frame: box (4,) px, visible fraction, occluder's id.
+
+        The id is 0 where nothing hides it.
+        """
         box = self._rows[0]["boxes"][self.trajectories.target]
-        return box, self._fraction[0], self._occluders[0]
+        return box, self._fraction[0], self._hidden_by[0]
 
     def _visible_fraction(
         self,
@@ -223,11 +227,13 @@ class TruthRecorder:
         self._absent.append(len(covered) == 0)
         shown = len(covered) - len(hidden)
         self._fraction.append(shown / len(covered) if len(covered) else 0.0)
-        label = ""
+        label, most = "", 0
         if len(hidden):
             values, counts = np.unique(hidden, return_counts=True)
-            label = self.scene.labels.get(int(values[np.argmax(counts)]), "vehicle")
+            most = int(values[np.argmax(counts)])
+            label = self.scene.labels.get(most, "vehicle")
         self._occluders.append(label)
+        self._hidden_by.append(most)
 
     def finish(self, width: int, height: int) -> Truth:
         """Return the truth of all frames added, for images of that size [px]."""

@@ -23,6 +23,7 @@ from simbench.scenarios.stage import Stage
 __all__ = ["highway_scene"]
 
 _AHEAD_M, _BEHIND_M = 700.0, 60.0
+_GOLDEN_RATIO = 0.618034
 
 
 def highway_scene(
@@ -37,7 +38,8 @@ def highway_scene(
     ]
     first, last = ranges[0][:2]
     start, end = min(one[2] for one in ranges), max(one[3] for one in ranges)
-    objects = _roadside(line, surroundings, start, end, eyes, rng)
+    redraws = stage.trajectories.traffic_redraws
+    objects = _roadside(line, surroundings, start, end, eyes, rng, redraws)
     tunnel = None
     if surroundings.tunnel is not None:
         tunnel = build_tunnel(surroundings.tunnel, line, surroundings.season)
@@ -81,8 +83,10 @@ def _roadside(
     end: float,
     eyes: NDArray[np.float64],
     rng: np.random.Generator,
+    redraws: int,
 ) -> list[tuple[str, Mesh]]:
     """Make rails, lamp posts, gantries and plants between two arc lengths [m]."""
+    phase = redraws * _GOLDEN_RATIO % 1.0  # other places in every attempt
 
     def multiples(spacing_m: float) -> range:
         # multiples of the spacing: they do not move as the view changes
@@ -92,14 +96,14 @@ def _roadside(
     if surroundings.guard_rails:
         parts.append(("rail", guard_rails(line, start, end)))
     if (spacing_m := surroundings.lamp_spacing_m) is not None:
-        for along in (number * spacing_m for number in multiples(spacing_m)):
+        for along in ((n + phase) * spacing_m for n in multiples(spacing_m)):
             heading = float(line.heading_at(along))
             for turn in (0.0, math.pi):
                 post = lamp_post().moved(line.point(along, 0.0), heading + turn)
                 parts.append(("lamp", post))
     if (spacing_m := surroundings.gantry_spacing_m) is not None:
         for number in multiples(spacing_m):
-            parts.append(("gantry", gantry_at(line, number * spacing_m)))
+            parts.append(("gantry", gantry_at(line, (number + phase) * spacing_m)))
     if (spacing_m := surroundings.tree_spacing_m) is not None:
         root = int(rng.integers(2**63))
         for number in multiples(spacing_m):

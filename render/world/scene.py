@@ -26,10 +26,16 @@ from simbench.scenarios.schema import Floor
 from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
 
-__all__ = ["FIRST_VEHICLE_ID", "Scene", "build_scene", "vehicle_poses"]
+__all__ = [
+    "FIRST_OCCLUDER_ID",
+    "FIRST_VEHICLE_ID",
+    "Scene",
+    "build_scene",
+    "vehicle_poses",
+]
 
+FIRST_OCCLUDER_ID = 100
 FIRST_VEHICLE_ID = 1000
-_FIRST_OCCLUDER_ID = 100
 _KINDS = ("ground", "rail", "lamp", "gantry", "tree", "hill", "wall", "tunnel")
 
 
@@ -88,17 +94,16 @@ class Scene:
 def build_scene(stage: Stage) -> Scene:
     """Build the scene of a stage; the same stage gives the same scene."""
     scenario, line = stage.scenario, stage.line
-    rng = generator(scenario, stage.seed, "scenery")
     hills_rng = generator(scenario, stage.seed, "hills")
-    static = _static_scene(stage, rng)
+    static = _static_scene(stage, stage.scenery_rng())
     season = scenario.surroundings.season
     kind_ids = {kind: number + 1 for number, kind in enumerate(_KINDS)}
     objects = [mesh.with_id(kind_ids[kind]) for kind, mesh in static.objects]
     labels = {0: "sky"} | {number: kind for kind, number in kind_ids.items()}
     for number, occluder in enumerate(stage.occluders):
-        identity = _FIRST_OCCLUDER_ID + number
+        identity = FIRST_OCCLUDER_ID + number
         labels[identity] = occluder.kind
-        own = generator(scenario, stage.seed, "scenery", number + 1)
+        own = stage.scenery_rng(number + 1)
         mesh = occluder_mesh(occluder, line, season, own)
         objects.append(mesh.with_id(identity))
     vehicles = stage.trajectories.vehicles

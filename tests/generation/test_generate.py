@@ -13,8 +13,10 @@ import pytest
 import simbench
 from simbench.core.errors import RenderError
 from simbench.core.sequence import Sequence
+from simbench.generation.attempts import render_in_view
 from simbench.generation.generate import finished_sequence
 from simbench.generation.preview import draw_truth, write_preview
+from simbench.render.render_frames import TargetHiddenError, render_frames
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.stage import build_stage
 from tests.scenarios.small_scenario import small_scenario
@@ -106,6 +108,24 @@ def test_target_occluded_in_the_first_frame_is_an_error_with_the_cause() -> None
     pole = {"kind": "pole", "hides_at_s": 0, "distance_m": 10, "width_m": 1}
     with pytest.raises(RenderError, match="a pole hides the target in the first frame"):
         simbench.generate(small_scenario(occluders=[pole]), 0)
+
+
+def test_a_tree_before_the_target_at_the_start_stands_elsewhere_in_a_new_attempt() -> (
+    None
+):
+    wood = {"guard_rails": False, "tree_spacing_m": 9, "tree_lateral_m": 3}
+    camera = {
+        "position": {"along_m": 30, "lateral_m": -60, "height_m": 6},
+        "look_at": {"along_m": 40, "lateral_m": -7, "height_m": 1},
+        "fov_rad": 0.3,
+    }
+    scenario = small_scenario(surroundings=wood, camera=camera)
+    first = build_stage(scenario, 1)
+    with pytest.raises(TargetHiddenError, match="a tree hides the target"):
+        render_frames(first, lambda *_: None)
+    found, truth = render_in_view(scenario, 1, lambda *_: None, frames=1)
+    assert found.trajectories.traffic_redraws == 1
+    assert truth.visible_fraction[0] >= 0.7
 
 
 def _hidden_at_first() -> Scenario:

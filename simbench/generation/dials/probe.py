@@ -27,7 +27,6 @@ from simbench.render.world.vehicles import body
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.occluders import PlacedOccluder, place_occluders
 from simbench.scenarios.schema import Occluder, Scenario
-from simbench.scenarios.schema.seeds import generator
 from simbench.scenarios.stage import Stage
 
 __all__ = ["FrameOcclusion", "OcclusionProbe", "target_boxes", "target_not_visible"]
@@ -247,7 +246,7 @@ class OcclusionProbe:
         for number, occluder in enumerate(placed, start=first):
             # as it will be rendered: occluders on the map are numbered first
             index = len(stage.occluders) + number + 1
-            rng = generator(stage.scenario, stage.seed, "scenery", index)
+            rng = stage.scenery_rng(index)
             bodies.append(occluder_mesh(occluder, stage.line, season, rng).with_id(2))
         return bodies
 
