@@ -46,10 +46,16 @@ def list_all(
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
-    """Return the values of a row as text, variants below their name."""
-    name, *rest = [value for key, value in row.items() if key != "variants"]
+    """Return the values of a row as text, variants below their name.
+
+    The sequences of papers that a scenario mirrors follow what it tests.
+    """
+    name, *rest = [row[key] for key in row if key not in ("variants", "mirrors")]
     variants = [f"  @{one}" for one in row.get("variants", ())]
-    return ["\n".join([name, *variants]), *map(str, rest)]
+    cells = ["\n".join([name, *variants]), *map(str, rest)]
+    if mirrors := row.get("mirrors"):
+        cells[-1] += f" (mirrors {', '.join(mirrors)})"
+    return cells
 
 
 def _scenarios() -> list[dict[str, Any]]:

@@ -11,10 +11,16 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.box import area, centers, clip
-from simbench.generation.dials.probe import OcclusionProbe, target_boxes
-from simbench.scenarios.files.library import list_scenarios
-from simbench.scenarios.files.loading import load_scenario, load_variants, variants_of
-from simbench.scenarios.schema import Scenario
+from simbench.generation.dials.probe import target_boxes
+from simbench.scenarios.files.library import list_scenarios, mirrors_of
+from simbench.scenarios.files.loading import (
+    load_recipe,
+    load_scenario,
+    load_variants,
+    variants_of,
+)
+from simbench.scenarios.files.samples import resolve_samples
+from simbench.scenarios.schema import Mirror, Scenario
 from simbench.scenarios.stage import build_stage
 
 FAST_MOTION = [
@@ -31,7 +37,16 @@ QUICK_LEVELS = [
     ("motorcycle-rear-moving", "extreme"),
 ]
 QUICK = ["smoke", "two-way-curve", "ball-bounce"]
-HIDES = {"overtaken-by-truck": 0.95, "cut-in": 0.9, "twins": 0.3}
+MIRRORS = {
+    "dpf": {"video1", "video2", "video3"},
+    "dsp": {
+        *("car1", "car2", "car4", "racing", "tunnel"),
+        *(f"car003fast{px}" for px in (40, 60, 100)),
+        *(f"motorcycle00{n}fast{px}" for n in (1, 2, 3) for px in (40, 60, 100)),
+    },
+    "nbrf": {"low-frame-rate", "sudden-reversals", "both"},
+}
+"""Sequences that the papers' experiments name."""
 
 
 def _marked(
@@ -78,8 +93,44 @@ def test_library_has_the_fast_motion_sequences_at_three_levels() -> None:
     assert len(FAST_MOTION) == 12
     for name in FAST_MOTION:
         assert variants_of(name) == list(LEVELS)
-        standard = load_scenario(f"{name}@standard")
-        assert standard.model_copy(update={"variant": ""}) == load_scenario(name)
+        standard = load_scenario(f"{name}@standard").for_seed(5)
+        same = standard.model_copy(update={"variant": ""})
+        assert same == load_scenario(name).for_seed(5)
+
+
+def test_variants_leave_every_other_sample_as_it_is() -> None:
+    for name in ("car-rear-moving", "motorcycle-above-still", "car003"):
+        files = [load_recipe(f"{name}@{variant}") for variant in variants_of(name)]
+        for seed in (0, 7):
+            found = [resolve_samples(one.content, name, seed, "")[1] for one in files]
+            assert found[0] == found[1] == found[2]
+
+
+def test_dials_leave_every_sample_of_the_library_as_it_is() -> None:
+    plain = load_scenario("poles")
+    turned = plain.with_dials({"occlusion.hidden": 0.5, "noise": 0.1})
+    for seed in (0, 7):
+        dials = turned.for_seed(seed).dials
+        assert dials.flat() == {"occlusion.hidden": 0.5, "noise": 0.1}
+        assert plain.for_seed(seed).model_copy(
+            update={"dials": dials}
+        ) == turned.for_seed(seed)
+
+
+def test_every_seed_of_a_scenario_is_another_instance_but_of_smoke() -> None:
+    for name in list_scenarios():
+        scenario = load_scenario(name)
+        digests = {scenario.for_seed(seed).digest for seed in range(5)}
+        assert len(digests) == (1 if name == "smoke" else 5), name
+
+
+@pytest.mark.parametrize("paper", ["dsp", "nbrf", "dpf"])
+def test_every_sequence_of_a_paper_has_a_mirror(paper: str) -> None:
+    found = mirrors_of(paper)
+    assert set(found) >= MIRRORS[paper]
+    for sequence, name in found.items():
+        mirrors = load_scenario(name).mirrors
+        assert Mirror(paper=paper, sequence=sequence) in mirrors  # type: ignore[arg-type]
 
 
 @pytest.mark.sumo
@@ -110,18 +161,3 @@ def test_the_target_is_inside_the_picture_in_the_first_frame(name: str) -> None:
     size = scenario.imaging.width_px, scenario.imaging.height_px
     assert area(clip(boxes[:1], *size))[0] > 0.8 * area(boxes[:1])[0]
     assert boxes[0, 2:].min() >= 9.0
-
-
-@pytest.mark.gl
-@pytest.mark.sumo
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "peak"), HIDES.items())
-def test_other_vehicles_occlude_the_target_and_reveal_it_again(
-    name: str, peak: float
-) -> None:
-    stage = build_stage(load_scenario(name), seed=0)
-    with OcclusionProbe(stage) as probe:
-        hidden = probe.hidden([], range(len(stage.cameras)))
-    assert hidden.max() >= peak
-    assert hidden[0] < 0.05
-    assert hidden[-1] < 0.05

@@ -155,9 +155,10 @@ def test_lane_and_speed_can_change_at_the_same_time() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_the_lane_change_scenario_changes_lanes_twice(seed: int) -> None:
-    drive = _drive(load_scenario("lane-change"), seed)
+    drive = _drive(load_scenario("lane-change").for_seed(seed), seed)
     changes = [c for c in drive.lane_changes if c.vehicle == "target"]
-    assert [(c.from_lane, c.to_lane) for c in changes] == [(0, 1), (1, 2)]
+    across = [(0, 1), (1, 2)], [(2, 1), (1, 0)]
+    assert [(c.from_lane, c.to_lane) for c in changes] in across
 
 
 def test_dropped_frames_lengthen_the_sequence_and_keep_their_number() -> None:
