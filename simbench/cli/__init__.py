@@ -25,6 +25,7 @@ from simbench.cli import (
     describe,
     frames,
     generate,
+    probe,
     run,
     show,
     sweep,
@@ -59,6 +60,7 @@ app.command("frames")(frames.frames)
 app.command("list")(describe.list_all)
 app.command("show")(show.show)
 app.command("catalogue")(catalogue.catalogue)
+app.command("probe")(probe.probe)
 app.command("verify")(verify.verify)
 app.command("doctor")(describe.doctor)
 app.command("schema")(describe.schema)
