@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from simbench.core.sequence import Sequence
 from simbench.core.trajectories import Vehicle
+from simbench.datasets.card_differences import Differences, track_of
 from simbench.datasets.card_markdown import MEASURES, card_text
 from simbench.datasets.frames import frame_times
 from simbench.scenarios.highway.fleet import PAINTS
@@ -77,6 +78,8 @@ def summary_of(sequence: Sequence) -> dict[str, Any]:
         "frames_absent": int(np.sum(truth.absent)),
         "frames_cut": int(np.sum(truth.cut_by_image)),
         "occluders": dict(Counter(filter(None, truth.occluders))),
+        "speed_mps": _speed_mps(sequence),
+        "track": track_of(sequence),
         "measures": {name: _value(name, values[name]) for name in MEASURES},
         "histograms": {name: _histogram(name, values[name]) for name in MEASURES},
         "made_with": dict(sequence.made_with),
@@ -120,6 +123,7 @@ def card(
 def _totals(summaries: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     totals: dict[str, Any] = dict.fromkeys(("sequences", *_COUNTED, "duration_s"), 0)
     scenarios: dict[str, dict[str, Any]] = {}
+    differences: dict[str, Differences] = {}
     counts = {n: Counter[str]() for n in ("class", "colour", "size_px", "occluders")}
     values: dict[str, list[float]] = {name: [] for name in MEASURES}
     histograms = {name: np.zeros(len(_EDGES[name]) - 1, np.int64) for name in MEASURES}
@@ -128,6 +132,7 @@ def _totals(summaries: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
         label = "@".join(filter(None, (one["name"], one["variant"])))
         row = scenarios.setdefault(label, {"sequences": 0, "frames": 0})
         row["tests"] = one["tests"]
+        differences.setdefault(label, Differences()).add(one)
         for counted in (totals, row):
             counted["sequences"] += 1
             for name in counted.keys() & {*_COUNTED, "duration_s"}:
@@ -145,7 +150,10 @@ def _totals(summaries: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         **totals,
         "duration_s": round(totals["duration_s"], 3),
-        "scenarios": dict(sorted(scenarios.items())),
+        "scenarios": {
+            label: row | {"differences": differences[label].facts()}
+            for label, row in sorted(scenarios.items())
+        },
         **{name: dict(of.most_common()) for name, of in counts.items()},
         "quantiles": {name: _quantiles(values[name]) for name in MEASURES},
         "histograms": {
@@ -167,6 +175,16 @@ def _target(sequence: Sequence) -> dict[str, Any]:
         "colour": _colour_name(target),
         "size_m": [target.length, target.width, target.height],
     }
+
+
+def _speed_mps(sequence: Sequence) -> float | None:
+    """Return the median speed of the target on the road."""
+    known = sequence.truth.vehicles
+    names = () if known is None else tuple(v.name for v in known.vehicles)
+    if known is None or known.speeds is None or "target" not in names:
+        return None
+    speeds = known.speeds[:, names.index("target")]
+    return None if np.isnan(speeds).all() else round(float(np.nanmedian(speeds)), 4)
 
 
 def _colour_name(vehicle: Vehicle) -> str:

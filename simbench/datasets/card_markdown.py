@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise, starmap
 from typing import Any
 
+from simbench.datasets.card_differences import SPREADS
+
 __all__ = ["MEASURES", "card_text"]
 
 MEASURES = {
@@ -43,6 +45,7 @@ def card_text(content: Mapping[str, Any]) -> str:
     parts = [
         _heading(content),
         _scenarios(content),
+        _differences(content),
         _distributions(content),
         _reproduction(content),
         _licence(content),
@@ -78,6 +81,30 @@ def _scenarios(content: Mapping[str, Any]) -> str:
     ]
     heads = ("scenario", "sequences", "frames", "what it tests")
     return "## Content\n\n" + _table(heads, rows)
+
+
+def _differences(content: Mapping[str, Any]) -> str:
+    """Return how far the sequences of each scenario differ; empty if none has two."""
+    rows = []
+    for name, of in content["scenarios"].items():
+        found = of["differences"]
+        if found["overlap"] is not None:
+            spreads = (_spread(found[measure]) for measure in SPREADS)
+            rows.append((name, f"{found['overlap']:.2f}", *spreads))
+    if not rows:
+        return ""
+    heads = ("scenario", "overlap of two tracks", *SPREADS.values())
+    return (
+        "## How far sequences differ\n\n"
+        "Overlap: median over pairs of sequences of the mean overlap (IoU) of their "
+        "targets' boxes at the same share of the sequence; 1 means that all show the "
+        "same track. The rest: 5 %, median and 95 % over the sequences.\n\n"
+        + _table(heads, rows)
+    )
+
+
+def _spread(found: Mapping[str, float] | None) -> str:
+    return "" if found is None else ", ".join(f"{v:.3g}" for v in found.values())
 
 
 def _distributions(content: Mapping[str, Any]) -> str:

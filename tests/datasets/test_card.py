@@ -126,3 +126,35 @@ def test_a_bar_in_a_scenarios_line_does_not_break_the_table(tiny: Sequence) -> N
 def test_a_card_without_sequences_is_refused() -> None:
     with pytest.raises(ValueError, match="at least one sequence"):
         card([], {})
+
+
+def _shifted(sequence: Sequence, shift_px: float) -> Sequence:
+    boxes = sequence.truth.boxes + [shift_px, 0.0, 0.0, 0.0]
+    truth = dataclasses.replace(sequence.truth, boxes=boxes)
+    return dataclasses.replace(sequence, truth=truth)
+
+
+@pytest.mark.parametrize(("shift_px", "expected"), [(0.0, 1.0), (4.0, 1 / 3)])
+def test_a_card_says_how_far_tracks_overlap(
+    tiny: Sequence, shift_px: float, expected: float
+) -> None:
+    assert tiny.truth.boxes[0, 2] == 8.0
+    summaries = [summary_of(tiny), summary_of(_shifted(tiny, shift_px))]
+    text, content = card(summaries, {})
+    (row,) = content["scenarios"].values()
+    assert row["differences"]["overlap"] == pytest.approx(expected, abs=1e-3)
+    assert row["differences"]["target_px"]["median"] == 8.0
+    assert f"| tiny | {expected:.2f} |" in text
+    json.dumps(content, allow_nan=False)
+
+
+def test_a_card_of_single_or_old_sequences_says_nothing_of_differences(
+    tiny: Sequence,
+) -> None:
+    old = summary_of(tiny)
+    del old["track"], old["speed_mps"]
+    for summaries in ([summary_of(tiny)], [old, old]):
+        text, content = card(summaries, {})
+        assert "How far sequences differ" not in text
+        (row,) = content["scenarios"].values()
+        assert row["differences"]["overlap"] is None
