@@ -41,7 +41,13 @@ def parse_table(
         file = pq.ParquetFile(io.BytesIO(content))
         _require_small(file.metadata, where)
         return file.read(None if columns is None else list(columns))
-    except (OSError, MemoryError, OverflowError, pa.ArrowException) as error:
+    except (
+        OSError,
+        MemoryError,
+        OverflowError,
+        UnicodeDecodeError,  # a column's name
+        pa.ArrowException,
+    ) as error:
         first_line = str(error).partition("\n")[0]
         raise DatasetError(f"{where}: not a readable table: {first_line}") from None
 

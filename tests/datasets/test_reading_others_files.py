@@ -157,6 +157,12 @@ def test_any_bytes_are_a_table_or_refused_in_one_line(data: st.DataObject) -> No
         assert len(str(error).splitlines()) == 1
 
 
+def test_a_column_whose_name_is_no_text_is_refused_in_one_line() -> None:
+    content = _TABLE.replace(b"frame", b"\x80rame")
+    with pytest.raises(DatasetError, match="here: not a readable table"):
+        parse_table(content, "here", ["frame"])
+
+
 def _header(width: int, height: int) -> bytes:
     size = width.to_bytes(4, "big") + height.to_bytes(4, "big")
     return b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + size + b"\x08\x02\0\0\0" + b"\0" * 99
