@@ -135,7 +135,21 @@ def print_protocol(console: Console, scores: Scores) -> None:
         print_table(console, headings, rows)
     rules = set(scores.runs["rules"]) - {"simbench"}
     if rules:
-        print_line(console, f"shares are by the rules of {', '.join(sorted(rules))}")
+        named = ", ".join(sorted(rules))
+        print_line(console, f"shares are by the rules of {named}; over all sequences:")
+        columns = {
+            "precision": "precision_20",
+            "success .5": "success_50",
+            "success .75": "success_75",
+            "area": "success_auc",
+            "AO": "average_overlap",
+        }
+        pooled = scores.overall().to_dict("records")
+        numbers = (
+            (one["tracker"], *(f"{one[name]:.3f}" for name in columns.values()))
+            for one in pooled
+        )
+        print_table(console, ("tracker", *columns), numbers)
 
 
 def execute_request(

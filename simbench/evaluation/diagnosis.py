@@ -47,7 +47,8 @@ def diagnosed(frames: pd.DataFrame, boxes: RunBoxes) -> dict[str, Any]:
         The same run.
     """
     overlap = frames["overlap"].to_numpy()
-    losses = find_losses(overlap, frames["scored"].to_numpy())
+    is_right_to_say_so = boxes.said_absent & (boxes.visible_fraction == 0.0)
+    losses = find_losses(overlap, frames["scored"].to_numpy() & ~is_right_to_say_so)
     kind, first = main_failure(frames["failure"].tolist())
     return {
         "frames_said_absent": int(boxes.said_absent.sum()),

@@ -29,7 +29,7 @@ FAILURE_KINDS: Final = {
     "out of memory": "it ran out of its memory limit, here or before",
     "crashed": "its process ended, here or before",
     "box without target": "a box although the target is absent",
-    "said absent": "said absent although the target is in the image",
+    "said absent": "said absent although something of the target is visible",
     "collapsed": "on the target, with less than a quarter of its area",
     "run away": "around the target, with more than four times its area",
     "frozen": "the same box for five frames and more while the target moves on",
@@ -67,9 +67,10 @@ def failure_kinds(track: Track, sequence: Sequence) -> list[str]:
     ratio = _area_ratio(boxes, truth.boxes)
     is_wrong = box.overlap(boxes, truth.boxes) <= LOST_OVERLAP
     has_box = np.isfinite(boxes).all(axis=1)
+    has_truth = np.isfinite(truth.boxes).all(axis=1)
     found: dict[str, _Flags] = {
         "box without target": truth.absent & has_box,
-        "said absent": track.absent & np.isfinite(truth.boxes).all(axis=1),
+        "said absent": track.absent & has_truth & (truth.visible_fraction != 0.0),
         "collapsed": _contains(truth.boxes, boxes) & (ratio < 1.0 / _SCALE),
         "run away": _contains(boxes, truth.boxes) & (ratio > _SCALE),
         "frozen": is_wrong & _frozen(boxes, truth.boxes),
@@ -113,16 +114,14 @@ def _contains(outer: _Floats, inner: _Floats) -> _Flags:
 
 def _frozen(boxes: _Floats, truth: _Floats) -> _Flags:
     """Return where a box is the same as in the frames before, unlike the target."""
-    frozen = np.zeros(len(boxes), dtype=np.bool_)
-    first = 0
+    numbers = np.arange(len(boxes))
+    changes = np.ones(len(boxes), dtype=np.bool_)
+    changes[1:] = (boxes[1:] != boxes[:-1]).any(axis=1)
+    first = np.maximum.accumulate(np.where(changes, numbers, 0))  # with this box
     centers, size = box.centers(truth), np.sqrt(box.area(truth))
-    for frame in range(1, len(boxes)):
-        if not np.array_equal(boxes[frame], boxes[first]):
-            first = frame
-        elif frame - first + 1 >= _FROZEN_FRAMES:
-            moved = np.linalg.norm(centers[frame] - centers[first])
-            frozen[frame] = bool(moved > _FROZEN_MOTION * size[frame])
-    return frozen
+    moved = np.linalg.norm(centers - centers[first], axis=1)
+    is_long = numbers - first + 1 >= _FROZEN_FRAMES
+    return np.asarray(is_long & (moved > _FROZEN_MOTION * size), dtype=np.bool_)
 
 
 def _on_vehicle(boxes: _Floats, sequence: Sequence) -> _Flags:
@@ -148,29 +147,23 @@ def _on_occluder(boxes: _Floats, sequence: Sequence) -> _Flags:
     for number, (first, last) in enumerate(events):
         peak = first + int(np.argmin(truth.visible_fraction[first : last + 1]))
         end = events[number + 1][0] if number + 1 < len(events) else len(boxes)
-        for frame in range(first, end):
-            place = _seen_later(truth.boxes[peak], peak, frame, sequence.cameras)
-            x, y = box.centers(boxes[frame])
-            left, top, width, height = place
-            inside = left <= x <= left + width and top <= y <= top + height
-            on[frame] = inside
+        frames = np.arange(first, end)
+        places = _seen_later(truth.boxes[peak], peak, frames, sequence.cameras)
+        on[first:end] = _contains(places, boxes[first:end])
     return on
 
 
 def _seen_later(
-    place: _Floats, before: int, now: int, cameras: tuple[Camera, ...]
+    place: _Floats, before: int, later: NDArray[np.int64], cameras: tuple[Camera, ...]
 ) -> _Floats:
-    """Return where a place in the image is after the camera has turned."""
+    """Return where a place in the image is after the camera has turned, (F, 4) px."""
     if not cameras:
-        return place
-    old, new = cameras[before], cameras[now]
+        return np.tile(place, (len(later), 1))
+    old, new = cameras[before], [cameras[frame] for frame in later]
     centre = np.append(box.centers(place), 1.0)
-    ray = (
-        new.matrix @ new.rotation @ old.rotation.T @ np.linalg.solve(old.matrix, centre)
-    )
-    if ray[2] <= 0.0:
-        return np.full(4, np.nan)
-    x, y = ray[:2] / ray[2]
-    scale = new.focal_px / old.focal_px
-    width, height = place[2:] * scale
-    return np.array([x - width / 2.0, y - height / 2.0, width, height])
+    direction = old.rotation.T @ np.linalg.solve(old.matrix, centre)
+    rays = np.stack([one.matrix @ one.rotation @ direction for one in new])
+    ahead = np.where(rays[:, 2:] > 0.0, rays[:, 2:], np.nan)
+    focal = np.array([[one.focal_px] for one in new])
+    size = place[2:] * focal / old.focal_px
+    return np.hstack([rays[:, :2] / ahead - size / 2.0, size])

@@ -24,7 +24,7 @@ from simbench.evaluation.segments import sub_sequence
 
 __all__ = ["SEGMENTS", "protocol_table", "score_segments", "segment_repetition"]
 
-SEGMENTS: Final = 1000
+SEGMENTS: Final = 100_000
 """Repetitions in tables that one repetition of a protocol with segments takes."""
 
 

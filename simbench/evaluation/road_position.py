@@ -91,26 +91,31 @@ def road_points(boxes: _Floats, sequence: Sequence, level_m: _Floats) -> _Floats
         ``x, y`` in the road frame. NaN without a box, and for a ray that does not meet
         the plane in front of the camera.
     """
-    points = np.full((len(boxes), 2), np.nan)
-    pixels = box.centers(boxes)
-    for frame, camera in enumerate(sequence.cameras):
-        homogeneous = np.append(pixels[frame], 1.0)
-        ray = camera.rotation.T @ np.linalg.solve(camera.matrix, homogeneous)
-        drop = level_m[frame] - camera.position[2]
-        if np.isfinite(ray).all() and ray[2] * drop > 0.0:
-            points[frame] = (camera.position + drop / ray[2] * ray)[:2]
-    return points
+    cameras = sequence.cameras
+    pixels = np.append(box.centers(boxes), np.ones((len(boxes), 1)), axis=1)
+    matrices = np.stack([camera.matrix for camera in cameras])
+    rotations = np.stack([camera.rotation for camera in cameras])
+    eyes = np.stack([camera.position for camera in cameras])
+    # a row times R is the transpose of R times it as a column
+    rays = np.linalg.solve(matrices, pixels[..., None])[:, None, :, 0] @ rotations
+    rays = rays[:, 0]
+    drop = level_m - eyes[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        length = np.where(rays[:, 2] * drop > 0.0, drop / rays[:, 2], np.nan)
+    return eyes[:, :2] + length[:, None] * rays[:, :2]
 
 
 def _speed(points: _Floats, times_s: _Floats) -> _Floats:
     """Return the speed over a window around each time, (T,) m/s."""
     speeds = np.full(len(points), np.nan)
-    half = _WINDOW_S / 2.0 + 1e-9
     known = np.flatnonzero(np.isfinite(points).all(axis=1))
-    for frame in known:
-        near = known[np.abs(times_s[known] - times_s[frame]) <= half]
-        first, last = near[0], near[-1]
-        if last > first:
-            way = float(np.linalg.norm(points[last] - points[first]))
-            speeds[frame] = way / (times_s[last] - times_s[first])
+    places, times = points[known], times_s[known]
+    half = _WINDOW_S / 2.0 + 1e-9
+    first = np.searchsorted(times, times - half)
+    last = np.searchsorted(times, times + half, side="right") - 1
+    way = np.linalg.norm(places[last] - places[first], axis=1)
+    passed = times[last] - times[first]
+    speeds[known] = np.divide(
+        way, passed, out=np.full(len(known), np.nan), where=passed > 0.0
+    )
     return speeds

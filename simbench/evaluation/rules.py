@@ -98,8 +98,9 @@ class Rules:
         Of the success curve whose mean is ``success_auc``.
     one_is_reachable : bool
         Whether an overlap of exactly 1 passes the threshold 1.
-    pooling : {"runs", "frames"}
-        Whether the toolkit's mean over sequences counts each run once or each frame.
+    pooling : {"runs", "frames", "length"}
+        Whether the toolkit's mean over sequences counts each run once or each frame
+        that counts; or weights average overlap by the length of sequences.
     """
 
     name: RuleName
@@ -107,7 +108,7 @@ class Rules:
     judge: Callable[[RunBoxes], Judged]
     success_thresholds: _Floats
     one_is_reachable: bool = False
-    pooling: Literal["runs", "frames"] = "runs"
+    pooling: Literal["runs", "frames", "length"] = "runs"
 
     def success_area(self, overlaps: _Floats) -> float:
         """Return the mean of the success curve over the thresholds of these rules.
@@ -309,6 +310,7 @@ RULES: Final[Mapping[str, Rules]] = {
             _by_vot,
             np.linspace(0.0, 1.0, 100),
             one_is_reachable=True,
+            pooling="length",
         ),
         Rules(
             "lasot",

@@ -68,7 +68,8 @@ def frame_table(
         "speed_kmh": motion.speed_kmh,
         "truth_speed_kmh": motion.truth_speed_kmh,
     }
-    return typed(pd.DataFrame(columns)[list(FRAME_TYPES)], FRAME_TYPES)
+    ordered = {name: columns[name] for name in FRAME_TYPES}
+    return typed(pd.DataFrame(ordered), FRAME_TYPES)
 
 
 def judge_again(

@@ -44,6 +44,13 @@ _SHARES: Final = (
     "norm_precision",
     "norm_precision_area",
 )
+_BY_RULES: Final = (
+    *_SHARES,
+    "center_error_px",
+    "center_error_median_px",
+    "frames_scored",
+    "frames_lost",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +158,8 @@ class Scores:
             confidence and other columns are as before. A run without frames keeps its
             row.
         """
+        if set(self.runs["rules"]) <= {rules.name}:
+            return self
         frames = [self.frames.iloc[:0]]
         groups = self.frames.groupby(list(KEYS), sort=False, dropna=False)
         of_run = {_plain(keys): group for keys, group in groups}
@@ -162,7 +171,8 @@ class Scores:
                 size = int(row["width_px"]), int(row["height_px"])
                 judged = judge_again(group, rules, *size)
                 frames.append(judged)
-                row.update(measured(judged, rules).items())
+                found = measured(judged, rules)
+                row.update((name, found[name]) for name in _BY_RULES)
             rows.append(row)
         runs = typed(pd.DataFrame(rows, columns=self.runs.columns), RUN_TYPES)
         return Scores(runs, pd.concat(frames[1:] or frames, ignore_index=True))
@@ -175,18 +185,21 @@ class Scores:
         DataFrame
             One row per tracker: ``tracker``, ``runs``, and each share. GOT-10k pools
             the frames of all runs, so that long sequences count more and runs without
-            frames do not count; the other rules average runs.
+            frames do not count; VOT weights average overlap by the frames of the
+            sequences; the other rules average runs.
         """
         rules = [find_rules(str(name)) for name in self.runs["rules"].unique()]
-        is_by_frame = len(rules) == 1 and rules[0].pooling == "frames"
+        pooling = rules[0].pooling if len(rules) == 1 else "runs"
         rows = []
         for tracker, runs in self.runs.groupby("tracker", sort=False):
-            frames = self.frames[self.frames["tracker"] == tracker]
-            if is_by_frame:
-                pooled = measured(frames, rules[0])
-                row = {name: pooled[name] for name in _SHARES}
-            else:
-                row = {name: float(runs[name].mean()) for name in _SHARES}
+            row = {name: float(runs[name].mean()) for name in _SHARES}
+            if pooling == "frames":
+                frames = self.frames[self.frames["tracker"] == tracker]
+                row |= {n: v for n, v in measured(frames, rules[0]).items() if n in row}
+            elif pooling == "length":
+                known = runs[runs["average_overlap"].notna() & (runs["frames"] > 0)]
+                weighted = (known["average_overlap"] * known["frames"]).sum()
+                row["average_overlap"] = float(weighted / known["frames"].sum())
             rows.append({"tracker": tracker, "runs": len(runs), **row})
         return pd.DataFrame(rows)
 
@@ -359,10 +372,16 @@ def _plain(keys: Iterable[Any]) -> tuple[Any, ...]:
 
 
 def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:
-    order = _run_order(row)
     return pd.DataFrame(
-        {name: pd.Series([row[name]], dtype=RUN_TYPES.get(name)) for name in order}
+        {name: _column(row[name], RUN_TYPES.get(name)) for name in _run_order(row)}
     )
+
+
+def _column(value: Any, kind: str | None) -> Any:
+    """Return a value as a column of its own; arrays of numpy are made faster."""
+    if kind is None or kind in ("float64", "int64"):
+        return np.array([value], dtype=kind)
+    return pd.array([value], dtype=kind)
 
 
 def _run_order(columns: Iterable[str]) -> list[str]:

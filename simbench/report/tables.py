@@ -65,7 +65,6 @@ class ScoreColumn:
 
 SCORE_COLUMNS: Final = (
     ScoreColumn("success_50", "Success", "overlap > 0.5", 3, 1),
-    ScoreColumn("success_75", "Success", "overlap > 0.75", 3, 1),
     ScoreColumn("success_auc", "Success area", "AUC", 3, 1),
     ScoreColumn("average_overlap", "Average overlap", "AO", 3, 1),
     ScoreColumn("precision_20", "Precision", "at 20 px", 3, 1),

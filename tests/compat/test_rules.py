@@ -179,6 +179,28 @@ def test_vot(
         assert run["vots_adq"] == pytest.approx(expected, abs=CLOSE, nan_ok=True)
 
 
+def test_vot_over_several_sequences(
+    clips: dict[str, Sequence], tracks: dict[str, Track], tmp_path: Path
+) -> None:
+    chosen = {name: one for name, one in clips.items() if len(one) > 10}
+    names = {name: f"{name}-all" for name in chosen}
+    _write("vot", chosen, list(names.values()), tmp_path / "data")
+    workspace, tracker = _workspace(tmp_path)
+    for experiment in workspace.stack:
+        for name, stored in names.items():
+            path = _trajectory(tracks[name])
+            sequence = workspace.dataset[stored]
+            path.write(experiment.results(tracker, sequence), f"{stored}_001")
+    found = process_stack_analyses(workspace, [tracker])
+    (analyses,) = [a for e, a in found.items() if e.identifier == "baseline"]
+    accuracy, plot = (grid[0, 0] for grid in analyses.values())
+    ours = Scores.concat(_scores(tracks[n], c, "vot") for n, c in chosen.items())
+    overall = ours.overall().iloc[0]
+    assert overall["average_overlap"] == pytest.approx(accuracy[0], abs=CLOSE)
+    shares = [share for _, share in plot[0]]
+    assert overall["success_auc"] == pytest.approx(np.mean(shares), abs=CLOSE)
+
+
 def test_long_term_measures(
     clips: dict[str, Sequence], tracks: dict[str, Track], tmp_path: Path
 ) -> None:
@@ -318,13 +340,7 @@ def _by_vot(
     _write("vot", {name: clip}, [name], root / "data")
     folder = next((root / "data").rglob("groundtruth.txt")).parent
     _tell_absence(folder / "groundtruth.txt", clip, absent)
-    (root / "stack.yaml").write_text(yaml.safe_dump(_STACK), encoding="utf-8")
-    settings = {"stack": "./stack.yaml", "registry": ["./trackers.ini"]}
-    settings["sequences"] = str(folder.parent)
-    Workspace.initialize(str(root), settings, download=False)
-    (root / "trackers.ini").write_text("[mine]\ncommand = true\n", encoding="utf-8")
-    workspace = Workspace.load(str(root))
-    tracker = workspace.registry["mine"]
+    workspace, tracker = _workspace(root)
     (sequence,) = workspace.dataset
     for experiment in workspace.stack:
         path = _trajectory(track)
@@ -334,6 +350,18 @@ def _by_vot(
         experiment.identifier: [grid[0, 0] for grid in analyses.values()]
         for experiment, analyses in found.items()
     }
+
+
+def _workspace(root: Path) -> tuple[Any, Any]:
+    """Return the toolkit's workspace over the data in a folder, and the tracker."""
+    folder = next((root / "data").rglob("list.txt")).parent
+    (root / "stack.yaml").write_text(yaml.safe_dump(_STACK), encoding="utf-8")
+    settings: dict[str, Any] = {"stack": "./stack.yaml", "sequences": str(folder)}
+    settings["registry"] = ["./trackers.ini"]
+    Workspace.initialize(str(root), settings, download=False)
+    (root / "trackers.ini").write_text("[mine]\ncommand = true\n", encoding="utf-8")
+    workspace = Workspace.load(str(root))
+    return workspace, workspace.registry["mine"]
 
 
 def _tell_absence(file: Path, clip: Sequence, absent: str) -> None:

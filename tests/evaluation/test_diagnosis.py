@@ -259,6 +259,19 @@ def test_loss_at_an_occlusion_is_counted_once_for_each() -> None:
     assert run["losses_per_occlusion"] == pytest.approx(1 / 2)
 
 
+def test_wholly_hidden_target_may_be_said_absent() -> None:
+    tiny = tiny_sequence(20)
+    visible = np.ones(20)
+    visible[5:12] = 0.0
+    hidden = replace(tiny, truth=replace(tiny.truth, visible_fraction=visible))
+    boxes = tiny.truth.boxes.copy()
+    boxes[5:12] = np.nan
+    assert set(failure_kinds(track_of(boxes), hidden)) == {""}
+    assert run_of(track_of(boxes), hidden)["losses"] == 0
+    assert failure_kinds(track_of(boxes), tiny)[5] == "said absent"
+    assert run_of(track_of(boxes), tiny)["losses"] == 1
+
+
 def test_run_that_holds_its_target_is_censored_at_its_end(tiny: Sequence) -> None:
     run = run_of(perfect_track(tiny), tiny)
     assert (run["held_s"], run["is_lost"]) == (pytest.approx(7 / 25), False)

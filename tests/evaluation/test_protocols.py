@@ -194,7 +194,7 @@ def test_segments_are_rows_of_one_run() -> None:
         for number, (s, t) in enumerate(run.done)
     ]
     scores = score_segments(done, sequence, "restart")
-    assert scores.runs["repetition"].tolist() == [2000, 2001]
+    assert scores.runs["repetition"].tolist() == [200_000, 200_001]
     assert scores.runs["start_frame"].tolist() == [0, 15]
     assert scores.runs["frames"].tolist() == [60, 45]
     assert set(scores.runs["protocol"]) == {"restart"}

@@ -222,3 +222,21 @@ def test_recorded_data_keep_their_unknown_seed(tiny: Sequence) -> None:
     found = score(perfect_track(recorded), recorded).by_rules(RULES["otb"])
     assert found.runs["seed"].isna().all()
     assert found.runs["frames_scored"].tolist() == [8]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        pytest.param("otb", (1 + 8 / 40) / 2, id="otb: each run once"),
+        pytest.param("got10k", (19 + 7) / (19 + 39), id="got10k: each frame"),
+        pytest.param("vot", (20 * 1.0 + 40 * 0.0) / 60, id="vot: by length"),
+    ],
+)
+def test_runs_are_pooled_as_the_toolkit_does(name: str, expected: float) -> None:
+    short, long = tiny_sequence(20), tiny_sequence(40, name="longer")
+    inside = [replace(one, width=200) for one in (short, long)]
+    lost = perfect_track(inside[1])
+    lost.boxes[8:, 1] += 100.0
+    both = [score(perfect_track(inside[0]), inside[0]), score(lost, inside[1])]
+    found = Scores.concat(both).by_rules(RULES[name]).overall()
+    assert found["average_overlap"].tolist() == [pytest.approx(expected)]
