@@ -25,7 +25,9 @@ POST_DEPTH_M = 0.5
 _TEXEL_M = 0.5
 _BEHIND_M, _AHEAD_M, _ASIDE_M = 40.0, 360.0, 48.0
 _SNAP_M, _SNAP_RAD = 4.0, 1.0 / 64.0
-_BEAM_M, _SPREAD_M = 70.0, 16.0
+_BEAM_M, _SPREAD_M, _TAIL_M = 70.0, 16.0, 9.0
+_MOST_THIN = 7.0
+"""Light below exp(-7), a thousandth of a beam, is none."""
 _STREET_M, _STRETCH = 40.0, 1.4
 
 
@@ -139,7 +141,7 @@ class LampMap:
         self._lamps = lamps
         columns = round((_BEHIND_M + _AHEAD_M) / _TEXEL_M)
         rows = round(2.0 * _ASIDE_M / _TEXEL_M)
-        self._street = np.zeros((rows, columns), np.float32)
+        self._unmoved = np.zeros((rows, columns, 4), np.float32)  # street lamps only
         self._pose = (math.nan, math.nan, math.nan)
         self.texels = np.zeros((rows, columns, 4), np.float32)
         self.to_map = np.eye(4)
@@ -155,8 +157,7 @@ class LampMap:
             A row for each vehicle: position, heading, and half its length.
         """
         self._move_to(camera)
-        self.texels[..., 0] = self._street
-        self.texels[..., 1:] = 0.0
+        np.copyto(self.texels, self._unmoved)
         local = self._to_map_frame(beams[:, :2], beams[:, 2])
         _add_beams(self.texels, np.column_stack([local, beams[:, 3]]))
 
@@ -178,10 +179,11 @@ class LampMap:
         self.axis = np.array([cos, sin, 0.0])
         self.to_map[0] = np.array([cos, sin, 0, _BEHIND_M - x * cos - y * sin]) / length
         self.to_map[1] = np.array([-sin, cos, 0, _ASIDE_M + x * sin - y * cos]) / width
-        self._street[:] = 0.0
+        street = self._unmoved[..., 0]
+        street[:] = 0.0
         lamps = self._lamps
         local = self._to_map_frame(lamps.street[:, :2], lamps.headings)
-        _add_street_lamps(self._street, np.column_stack([local, lamps.heights]))
+        _add_street_lamps(street, np.column_stack([local, lamps.heights]))
 
     def _to_map_frame(
         self, positions: NDArray[np.float64], headings: NDArray[np.float64]
@@ -201,11 +203,13 @@ def _add_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by nu
     rows, columns = texels.shape[:2]
     for number in range(len(beams)):
         u, v, cos, sin, half = beams[number]
-        reach = _BEAM_M + half
+        # the beam and the light of the tail lamps, about the middle of their length
+        middle, reach = (_BEAM_M - _TAIL_M) / 2.0, (_BEAM_M + _TAIL_M) / 2.0 + half
+        x, y = u + cos * middle, v + sin * middle
         wide = abs(cos) * _SPREAD_M + abs(sin) * reach
         long = abs(sin) * _SPREAD_M + abs(cos) * reach
-        first, last = int((u - long) / _TEXEL_M), int((u + long) / _TEXEL_M)
-        low, high = int((v - wide) / _TEXEL_M), int((v + wide) / _TEXEL_M)
+        first, last = int((x - long) / _TEXEL_M), int((x + long) / _TEXEL_M) + 1
+        low, high = int((y - wide) / _TEXEL_M), int((y + wide) / _TEXEL_M) + 1
         for row in range(max(low, 0), min(high, rows)):
             dy = (row + 0.5) * _TEXEL_M - v
             for column in range(max(first, 0), min(last, columns)):
@@ -215,13 +219,16 @@ def _add_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by nu
                 if 0.0 < ahead < _BEAM_M and abs(aside) < _SPREAD_M:
                     # Aimed at the road some 20 m ahead, widening, with a soft end.
                     across = aside / (1.3 + 0.1 * ahead)
-                    light = math.exp(-0.5 * across * across - ahead / 20.0)
+                    thin = 0.5 * across * across + ahead / 20.0
+                    if thin > _MOST_THIN:
+                        continue
+                    light = math.exp(-thin)
                     light *= ahead * ahead / (ahead * ahead + 12.0)
                     light *= 1.0 - ahead / _BEAM_M
                     texels[row, column, 1] += light
                     texels[row, column, 3] += light * cos
                 behind = -ahead - 2.0 * half
-                if 0.0 < behind < 9.0 and abs(aside) < 5.0:
+                if 0.0 < behind < _TAIL_M and abs(aside) < 5.0:
                     across = aside / (1.0 + 0.15 * behind)
                     light = math.exp(-0.5 * across * across - behind / 2.5)
                     texels[row, column, 2] += light
