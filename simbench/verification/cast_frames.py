@@ -159,5 +159,6 @@ def _small_vehicles(
     are taken.
     """
     depth = (poses[:, :3, 3] @ camera.rotation.T + camera.translation)[:, 2]
-    focal = camera.matrix[1, 1]
-    return scene.ids[focal * scene.heights < 1.25 * SMALL_PX * depth]
+    heights_px = camera.matrix[1, 1] * scene.heights
+    small: NDArray[np.int64] = scene.ids[heights_px < 1.25 * SMALL_PX * depth]
+    return small
