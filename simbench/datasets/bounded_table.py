@@ -45,7 +45,7 @@ def parse_table(
         OSError,
         MemoryError,
         OverflowError,
-        UnicodeDecodeError,  # a column's name
+        ValueError,  # among others of a column's name that is no text
         pa.ArrowException,
     ) as error:
         first_line = str(error).partition("\n")[0]
