@@ -12,11 +12,13 @@ from simbench.core.text import did_you_mean
 __all__ = [
     "CHANNELS",
     "FORMATS",
+    "LAYOUTS",
     "PROTOCOLS",
     "RULES",
     "complete_channels",
     "complete_dial",
     "complete_format",
+    "complete_layout",
     "complete_protocol",
     "complete_rules",
     "complete_scenario",
@@ -39,6 +41,23 @@ FORMATS: Final = (
     "coco",
 )
 """As `simbench.datasets.formats.FORMATS`, whose import takes half a second."""
+LAYOUTS: Final = (
+    "native",
+    "otb",
+    "tlp",
+    "got10k",
+    "lasot",
+    "vot",
+    "uav123",
+    "nfs",
+    "mot17",
+    "davis",
+    "coco",
+    "youtube-vis",
+    "video",
+    "pictures",
+)
+"""As `simbench.datasets.clip_search.LAYOUTS`."""
 CHANNELS: Final = ("depth", "flow")
 """As `simbench.datasets.channels.CHANNELS`."""
 RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
@@ -126,6 +145,11 @@ def complete_rules(incomplete: str) -> list[str]:
 def complete_protocol(incomplete: str) -> list[str]:
     """Complete the name of a protocol."""
     return _starting(PROTOCOLS, incomplete)
+
+
+def complete_layout(incomplete: str) -> list[str]:
+    """Complete the name of a layout that can be read."""
+    return _starting(LAYOUTS, incomplete)
 
 
 def complete_dial(incomplete: str) -> list[str]:

@@ -74,14 +74,15 @@ class Truth:
     ----------
     boxes : (T, 4) float, px
         Amodal ``left, top, width, height``: the box around the projection of the whole
-        target, occluded parts included, not clipped to the image. NaN where ``absent``.
+        target, occluded parts included, not clipped to the image. NaN where ``absent``,
+        and where recorded data do not tell it.
     visible_boxes : (T, 4) float, px
-        Box around the visible pixels. NaN where no pixel is visible.
+        Box around the visible pixels. NaN where no pixel is visible, or unknown.
     visible_fraction : (T,) float, in [0, 1]
         Visible samples over the samples that the unoccluded target would cover inside
         the image, both at the same sample positions. 0 where absent. NaN where unknown.
     absent : (T,) bool
-        No part of the target projects into the image.
+        No part of the target projects into the image; false where unknown.
     cut_by_image : (T,) bool
         Part of the target projects outside the image.
     displacement_px : (T,) float, px
@@ -89,7 +90,7 @@ class Truth:
         frame 0 and next to absent frames.
     occluders : tuple of T str
         Kind of object that occludes most of the target (``pole``, ``tree``, ``gantry``,
-        ``vehicle``, ...); empty where none does.
+        ``vehicle``, ...); empty where none does, ``unknown`` in recorded data.
     vehicles : VehicleTruth or None
         Ground truth for every vehicle; None for data sets that lack it.
 
@@ -146,8 +147,8 @@ class Sequence:
         The validated scenario it was generated from, as plain data; None for recorded
         data.
     digest : str
-        SHA-256, as hex, over the scenario and seed it was generated from; empty for
-        recorded data.
+        SHA-256, as hex, over the scenario and seed it was generated from, or over the
+        files of an evaluated clip; empty where unknown.
     traffic_redraws : int
         Traffic samples rejected before this one.
     digests : mapping from str to str
@@ -160,6 +161,9 @@ class Sequence:
         along the optical axis, inf in the sky; ``flow`` (H, W, 2) float32, px to the
         next frame, with the bool masks ``occlusions`` and ``invalid``, all three one
         shorter than the frames. See `simbench.datasets.channels`.
+    attributes : mapping from str to (T,) float
+        Difficulties of recorded data by frame, such as ``fast_motion``: 1 where it is
+        present, 0 where not, NaN where unknown. See `simbench.datasets.attributes`.
 
     Examples
     --------
@@ -188,6 +192,7 @@ class Sequence:
     channels: Mapping[str, collections.abc.Sequence[NDArray[Any]]] = field(
         default_factory=dict
     )
+    attributes: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @property
     def variant(self) -> str:

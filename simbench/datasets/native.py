@@ -15,19 +15,23 @@ used; none is kept in memory.
 
 from __future__ import annotations
 
+import collections.abc
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import pyarrow as pa
 import pydantic
+from numpy.typing import NDArray
 
 from simbench.core.atomic_write import atomic_write
 from simbench.core.bounded_read import LARGEST_JSON, parse_json, read_below
 from simbench.core.errors import DatasetError, one_line
+from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.trajectories import LaneChange, Vehicle
 from simbench.datasets.channels import CHANNELS, channels_in, write_channels
@@ -38,7 +42,9 @@ __all__ = [
     "LAYOUT",
     "FrameFolder",
     "is_finished",
+    "read_description",
     "read_sequence",
+    "write_description",
     "write_frame",
     "write_sequence",
 ]
@@ -88,6 +94,7 @@ class _Description(pydantic.BaseModel):
     achieved: dict[str, float | None]
     lane_changes: list[dict[str, Any]]
     vehicles: list[dict[str, Any]] | None
+    attributes: dict[str, Annotated[str, pydantic.Field(pattern="^[01?]*$")]] = {}
 
 
 def write_sequence(folder: Path, sequence: Sequence) -> None:
@@ -112,14 +119,25 @@ def write_sequence(folder: Path, sequence: Sequence) -> None:
             write_frame(folder, index, frame.image)
     try:
         write_channels(folder, sequence.channels)
-        write_truth_tables(sequence, folder / "truth")
-        with atomic_write(folder / "sequence.json") as temporary:
-            text = json.dumps(
-                _description(sequence), indent=1, allow_nan=False, default=dict
-            )
-            temporary.write_text(text + "\n", encoding="utf-8")
+        write_description(folder, sequence)
     except OSError as error:
         raise DatasetError(f"{folder}: cannot write: {error.strerror}") from None
+
+
+def write_description(folder: Path, sequence: Sequence) -> None:
+    """Write all of a sequence but its pictures and channels.
+
+    Raises
+    ------
+    DatasetError
+        If a file cannot be written.
+    """
+    write_truth_tables(sequence, folder / "truth")
+    with atomic_write(folder / "sequence.json") as temporary:
+        text = json.dumps(
+            _description(sequence), indent=1, allow_nan=False, default=dict
+        )
+        temporary.write_text(text + "\n", encoding="utf-8")
 
 
 def is_finished(folder: Path) -> bool:
@@ -154,28 +172,63 @@ def read_sequence(folder: Path | str, *, owner: object = None) -> Sequence:
     ('smoke', 0, 0.0)
     """
     folder = Path(folder)
+
+    def frames_at(times: NDArray[np.float64], _: Mapping[str, Any]) -> FrameFolder:
+        return FrameFolder(folder, times, owner=owner)
+
+    sequence = read_description(folder, frames_at, owner=owner)
+    _check(folder, sequence)
+    return sequence
+
+
+def read_description(
+    folder: Path,
+    frames_at: Callable[
+        [NDArray[np.float64], Mapping[str, Any]], collections.abc.Sequence[Frame]
+    ],
+    *,
+    owner: object = None,
+) -> Sequence:
+    """Read what `write_description` wrote.
+
+    Parameters
+    ----------
+    folder : Path
+    frames_at : callable
+        Returns the frames, given their times [s] and the facts of ``sequence.json``.
+    owner : object, optional
+        See `read_sequence`.
+
+    Raises
+    ------
+    DatasetError
+        As `read_sequence`; the pictures are not looked at.
+    """
     facts = _read_description(folder)
     try:
         vehicles = _vehicles(facts["vehicles"])
         times, truth, cameras = read_truth(folder / "truth", vehicles)
-        sequence = Sequence(
+        return Sequence(
             **{name: facts[name] for name in _AS_STORED},
-            frames=FrameFolder(folder, times, owner=owner),
+            frames=frames_at(times, facts),
             truth=truth,
             cameras=cameras,
             lane_changes=tuple(LaneChange(**c) for c in facts["lane_changes"]),
             requested=_dials_from_json(facts["requested"]),
             achieved=_dials_from_json(facts["achieved"]),
             channels=channels_in(folder, facts["channels"], len(times), owner=owner),
+            attributes={
+                name: _flags_from_text(text, len(times))
+                for name, text in facts.get("attributes", {}).items()
+            },
         )
     except _DAMAGE as error:
         raise DatasetError(f"{folder}: damaged sequence: {one_line(error)}") from None
-    _check(folder, sequence)
-    return sequence
 
 
 def _description(sequence: Sequence) -> dict[str, Any]:
     vehicles = sequence.truth.vehicles
+    attributes = {n: _flags_to_text(v) for n, v in sequence.attributes.items()}
     return {
         "layout": LAYOUT,
         "frames": len(sequence),
@@ -185,6 +238,7 @@ def _description(sequence: Sequence) -> dict[str, Any]:
         "achieved": _dials_to_json(sequence.achieved),
         "lane_changes": [asdict(change) for change in sequence.lane_changes],
         "vehicles": vehicles and [asdict(vehicle) for vehicle in vehicles.vehicles],
+        **({"attributes": attributes} if attributes else {}),
     }
 
 
@@ -240,3 +294,14 @@ def _dials_to_json(dials: Mapping[str, float]) -> dict[str, float | None]:
 
 def _dials_from_json(dials: Mapping[str, float | None]) -> dict[str, float]:
     return {k: math.nan if v is None else v for k, v in dials.items()}
+
+
+def _flags_to_text(flags: NDArray[np.float64]) -> str:
+    """Return an attribute as one character a frame: 1, 0, or ? where unknown."""
+    return "".join("?" if math.isnan(flag) else f"{flag:.0f}" for flag in flags)
+
+
+def _flags_from_text(text: str, count: int) -> NDArray[np.float64]:
+    if len(text) != count:
+        raise ValueError(f"an attribute must have {count} frames, got {len(text)}")
+    return np.array([math.nan if one == "?" else float(one) for one in text])

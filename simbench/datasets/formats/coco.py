@@ -6,14 +6,15 @@ COCO describes single pictures::
     val/NAME/000000.png
 
 Every frame of every sequence is a picture. ``track_id`` is the vehicle's id in our
-truth, the same in all frames of a sequence.
+truth, the same in all frames of a sequence; ``is_target`` is 1 for the target.
 
 YouTube-VIS describes tracks::
 
     youtube_vis_val/instances.json
     youtube_vis_val/JPEGImages/NAME/00000.png    0-based
 
-A track has one entry a frame, null where no pixel of the vehicle is visible.
+A track has one entry a frame, null where no pixel of the vehicle is visible; that of
+the target has an ``is_target`` of 1.
 
 Masks hold the visible pixels and boxes are those around them; hidden vehicles have
 none. Classes are the vehicle classes, with the same numbers in every data set.
@@ -38,6 +39,7 @@ from simbench.datasets.formats.files import (
     writing_below,
 )
 from simbench.datasets.formats.masks import (
+    TARGET_NAME,
     segmentation,
     tight_box,
     vehicles_with_masks,
@@ -104,11 +106,14 @@ def _pictures(vehicles: VehicleTruth) -> list[list[dict[str, Any]]]:
     """Return the visible vehicles of each frame."""
     numbers = map(_class_number, vehicles.vehicles)
     classes = dict(zip(vehicles.ids.tolist(), numbers, strict=True))
+    names = [vehicle.name for vehicle in vehicles.vehicles]
+    target = dict(zip(names, vehicles.ids.tolist(), strict=True)).get(TARGET_NAME)
     return [
         [
             {
                 "category_id": classes[identity],
                 "track_id": identity,
+                "is_target": int(identity == target),
                 "bbox": tight_box(mask),
                 "area": mask.pixel_count,
                 "segmentation": segmentation(mask),
@@ -127,6 +132,7 @@ def _vehicle_tracks(vehicles: VehicleTruth) -> Items:
             continue
         yield {
             "category_id": _class_number(vehicle),
+            "is_target": int(vehicle.name == TARGET_NAME),
             "segmentations": [None if m is None else segmentation(m) for m in masks],
             "areas": [None if m is None else m.pixel_count for m in masks],
             "bboxes": [None if m is None else tight_box(m) for m in masks],
