@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from simbench.core.frame import Frame
     from simbench.core.sequence import Sequence, Truth
     from simbench.core.tracker import Estimate, Track, Tracker
-    from simbench.datasets.native import read_sequence
+    from simbench.datasets.read_clip import read_sequence
     from simbench.evaluation.run_tracker import track
     from simbench.evaluation.scores import Scores, score
     from simbench.evaluation.tracker_checks import check_tracker
-    from simbench.experiments.python_api import run, sweep
+    from simbench.experiments.python_api import evaluate, run, sweep
     from simbench.generation.generate import generate
     from simbench.scenarios.files.library import list_scenarios
     from simbench.scenarios.files.loading import load_scenario
@@ -51,6 +51,7 @@ __all__ = [
     "Truth",
     "__version__",
     "check_tracker",
+    "evaluate",
     "generate",
     "list_scenarios",
     "list_trackers",
@@ -73,11 +74,12 @@ _HOMES = {
     "Tracker": "core.tracker",
     "Truth": "core.sequence",
     "check_tracker": "evaluation.tracker_checks",
+    "evaluate": "experiments.python_api",
     "generate": "generation.generate",
     "list_scenarios": "scenarios.files.library",
     "list_trackers": "trackers.find_tracker",
     "load_scenario": "scenarios.files.loading",
-    "read_sequence": "datasets.native",
+    "read_sequence": "datasets.read_clip",
     "run": "experiments.python_api",
     "score": "evaluation.scores",
     "sweep": "experiments.python_api",

@@ -23,6 +23,7 @@ from simbench.cli import (
     check,
     compare,
     describe,
+    evaluate,
     frames,
     generate,
     probe,
@@ -51,6 +52,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("run")(run.run)
+app.command("evaluate")(evaluate.evaluate)
 app.command("sweep")(sweep.sweep)
 app.command("generate")(generate.generate)
 app.command("check")(check.check)

@@ -31,6 +31,7 @@ __all__ = ["VERSIONS", "Json", "check_facts", "doctor_facts", "run_facts", "writ
 VERSIONS: Final[Mapping[str, int]] = {
     "list": 1,
     "run": 1,
+    "evaluate": 1,
     "doctor": 1,
     "check": 2,
     "compare": 1,
@@ -74,7 +75,7 @@ def write_json(command: str, facts: Mapping[str, Any]) -> None:
 
 
 def run_facts(result: RunResult) -> dict[str, Any]:
-    """Return what ``run`` prints: means over seeds, failures, and the report's path."""
+    """Return what ``run`` and ``evaluate`` print: means, failures, and the report."""
     from simbench.cli.display import SCORE_COLUMNS
     from simbench.evaluation.statistics import summary
 

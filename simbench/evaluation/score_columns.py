@@ -17,8 +17,8 @@ __all__ = ["FRAME_TYPES", "KEYS", "RUN_TYPES", "read_table", "typed", "write_tab
 
 KEYS: Final = ("scenario", "variant", "seed", "tracker", "repetition")
 
-# Columns and their types. A seed is <NA> for recorded data; the seed of a track is
-# written in decimal digits, since it may exceed 64 bits.
+# Columns and their types. What recorded data do not tell is <NA>, as their seed; the
+# seed of a track is written in decimal digits, since it may exceed 64 bits.
 _KEY_TYPES: Final = dict(
     zip(KEYS, ("str", "str", "Int64", "str", "int64"), strict=True)
 )
@@ -38,7 +38,7 @@ RUN_TYPES: Final = {
     "reason": "str",
     "frames": "int64",
     "frames_scored": "int64",
-    "frames_absent": "int64",
+    "frames_absent": "Int64",
     "frames_lost": "int64",
     "norm_precision_area": "float64",
     "center_error_median_px": "float64",
@@ -47,7 +47,7 @@ RUN_TYPES: Final = {
     "seconds_total": "float64",
     "track_seed": "str",
     "digest": "str",
-    "traffic_redraws": "int64",
+    "traffic_redraws": "Int64",
     "rules": "str",
     "protocol": "str",
     "start_frame": "int64",

@@ -12,6 +12,11 @@ import pandas as pd
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
+from simbench.evaluation.clip_attributes import (
+    attribute_shares,
+    frame_attributes,
+    with_known_types,
+)
 from simbench.evaluation.diagnosis import diagnosed
 from simbench.evaluation.rules import RULES, Rules, find_rules
 from simbench.evaluation.score_columns import (
@@ -61,9 +66,11 @@ class Scores:
     ----------
     runs : DataFrame
         One row per run. ``scenario, variant, seed, tracker, repetition`` identify it;
-        ``status`` is ``ok``, ``failed`` or ``unreachable`` (no sequence can satisfy
-        the scenario); ``requested.<dial>`` and ``achieved.<dial>`` are those of the
-        sequence, NaN where it lacks that dial.
+        ``status`` is ``ok``, ``failed``, ``unreachable`` (no sequence can satisfy
+        the scenario) or ``skipped`` (a clip that cannot be read);
+        ``requested.<dial>`` and ``achieved.<dial>`` are those of the sequence, NaN
+        where it lacks that dial; ``attribute.<name>`` is the share of its frames that
+        have an attribute, among those where it is known.
         Then the measures over the scored frames (see `simbench.evaluation.measures` for
         which those are): ``precision_20``, ``success_50``, ``success_auc``,
         ``norm_precision`` (at 0.2), all in [0, 1]; ``center_error_px``, the mean over
@@ -84,7 +91,8 @@ class Scores:
         ``visible_fraction``, ``absent``, ``occluder``, ``scored``, ``said_absent``,
         ``failure`` (see `simbench.evaluation.failure_kinds`), the attributes of
         `simbench.evaluation.attributes` (<NA> where unknown), ``position_error_m``,
-        ``speed_kmh``, ``truth_speed_kmh``.
+        ``speed_kmh``, ``truth_speed_kmh``; of clips also ``attribute.<name>``, which is
+        <NA> where unknown.
 
     Examples
     --------
@@ -115,7 +123,7 @@ class Scores:
         # An empty table must not change the column types of the others.
         filled = [part.frames for part in listed if len(part.frames)]
         frames = pd.concat(filled or [listed[0].frames], ignore_index=True)
-        return cls(runs[_run_order(runs.columns)], frames)
+        return cls(runs[_run_order(runs.columns)], with_known_types(frames))
 
     @classmethod
     def read(cls, folder: Path) -> Scores:
@@ -240,17 +248,19 @@ def score(track: Track, sequence: Sequence) -> Scores:
         )
     named = sequence.name, sequence.variant, sequence.seed
     keys = _keys(*named, track.tracker, track.repetition)
-    frames = frame_table(track, sequence, keys)
+    frames = frame_table(track, sequence, keys).assign(**frame_attributes(sequence))
     row = {
         **keys,
         "status": "failed" if track.failures else "ok",
         **{f"requested.{dial}": value for dial, value in sequence.requested.items()},
         **{f"achieved.{dial}": value for dial, value in sequence.achieved.items()},
+        **attribute_shares(sequence),
         **measured(frames),
         "reason": "; ".join(map(str, track.failures)),
         "track_seed": str(track.seed),
         "digest": sequence.digest,
-        "traffic_redraws": sequence.traffic_redraws,
+        "traffic_redraws": _if_generated(sequence, sequence.traffic_redraws),
+        "frames_absent": _frames_absent(frames),
         "rules": _DEFAULT_RULES.name,
         "protocol": "ope",
         "start_frame": 0,
@@ -309,7 +319,7 @@ def score_missing(
     seed: int | None,
     tracker: str,
     reason: str,
-    status: Literal["failed", "unreachable"],
+    status: Literal["failed", "skipped", "unreachable"],
     repetition: int = 0,
     variant: str = "",
 ) -> Scores:
@@ -323,8 +333,9 @@ def score_missing(
         Keys of the run, as in `Scores.runs`.
     reason : str
         One line for the user.
-    status : {"failed", "unreachable"}
-        Whether an error occurred, or no sequence can satisfy the scenario.
+    status : {"failed", "skipped", "unreachable"}
+        Whether an error occurred, a clip was left out since it cannot be read, or no
+        sequence can satisfy the scenario.
 
     Returns
     -------
@@ -359,6 +370,18 @@ def _without_frames(
     return Scores(_run_table({**row, **unknown}), frames)
 
 
+def _if_generated(sequence: Sequence, value: int) -> Any:
+    """Return a fact of generated sequences, <NA> for recorded ones."""
+    return pd.NA if sequence.seed is None else value
+
+
+def _frames_absent(frames: pd.DataFrame) -> Any:
+    """Return the number of absent frames, <NA> where that of a frame is unknown."""
+    absent = frames["absent"].to_numpy()
+    known = absent | frames["truth_left"].notna().to_numpy()
+    return int(absent.sum()) if known.all() else pd.NA
+
+
 def _keys(
     scenario: str, variant: str, seed: int | None, tracker: str, repetition: int
 ) -> dict[str, Any]:
@@ -389,7 +412,7 @@ def _run_order(columns: Iterable[str]) -> list[str]:
     names = list(columns)
     dials = [
         name
-        for kind in ("requested.", "achieved.")
+        for kind in ("requested.", "achieved.", "attribute.")
         for name in names
         if name.startswith(kind)
     ]

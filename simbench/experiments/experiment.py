@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from simbench.core.errors import DatasetError, ScenarioError, SimbenchError
 from simbench.evaluation.sweep_axes import Sweep
+from simbench.experiments.clips import Clip
 from simbench.experiments.request import Request, spec_text
 from simbench.runtime.code_digest import digest_of
 from simbench.scenarios.schema import Scenario
@@ -37,6 +38,12 @@ class Experiment:
         """All scenarios, in the order in which they were requested first."""
         every = (one for request in self.requests for one in request.scenarios)
         return tuple({one.full_name: one for one in every}.values())
+
+    @property
+    def clips(self) -> tuple[Clip, ...]:
+        """All clips, in the order in which they were requested first."""
+        every = (one for request in self.requests for one in request.clips)
+        return tuple({one.label: one for one in every}.values())
 
     @property
     def trackers(self) -> tuple[TrackerSpec, ...]:
@@ -99,6 +106,7 @@ class Experiment:
                     f"scenario {scenario.full_name} has other contents or frames in "
                     "the runs that are there"
                 )
+        self._require_same_clips(request)
         labels = {one.label: spec_text(one) for one in self.trackers}
         for tracker in request.trackers:
             text = spec_text(tracker)
@@ -114,10 +122,28 @@ class Experiment:
                 f"the runs that are there are by the protocol "
                 f"{self.requests[0].protocol}, got {request.protocol}"
             )
-        others = [one for one in self.requests if one.digest != request.digest]
-        if len(others) < len(self.requests):
-            return self
-        return Experiment((*self.requests, request))
+        requests = tuple(
+            request if one.digest == request.digest else one
+            for one in _without_mended(self.requests, request)
+        )
+        if request in requests:
+            return Experiment(requests)
+        return Experiment((*requests, request))
+
+    def _require_same_clips(self, request: Request) -> None:
+        clips = {one.label: one.digest for one in self.clips}
+        for clip in request.clips:
+            before = clips.get(clip.label, clip.digest)
+            if before and clip.digest and before != clip.digest:
+                raise SimbenchError(
+                    f"clip {clip.label} has other contents in the runs that are there"
+                )
+        generated = {one.full_name for one in (*self.scenarios, *request.scenarios)}
+        for clip in (*self.clips, *request.clips):
+            if clip.full_name in generated:
+                raise SimbenchError(
+                    f"clip {clip.label} has the name of a scenario in the same folder"
+                )
 
     def without(self, request: Request) -> tuple[Request, ...]:
         """Return the requests without the scenarios and trackers of another one."""
@@ -126,18 +152,31 @@ class Experiment:
             return ()
         names = {one.full_name: one.digest for one in request.scenarios}
         labels = {one.label: spec_text(one) for one in request.trackers}
+        digests = {one.label: one.digest for one in request.clips}
+        clip_names = {one.full_name for one in request.clips}
+
+        def clip_is_kept(clip: Clip) -> bool:
+            if clip.label in digests:
+                return digests[clip.label] == clip.digest
+            return clip.full_name not in names
+
         left = []
         for one in self.requests:
             scenarios = tuple(
-                s for s in one.scenarios if names.get(s.full_name, s.digest) == s.digest
+                s
+                for s in one.scenarios
+                if names.get(s.full_name, s.digest) == s.digest
+                and s.full_name not in clip_names
             )
             trackers = tuple(
                 t
                 for t in one.trackers
                 if labels.get(t.label, spec_text(t)) == spec_text(t)
             )
-            if scenarios and trackers:
-                left.append(replace(one, scenarios=scenarios, trackers=trackers))
+            clips = tuple(c for c in one.clips if clip_is_kept(c))
+            if (scenarios or clips) and trackers:
+                kept = replace(one, scenarios=scenarios, trackers=trackers, clips=clips)
+                left.append(kept)
         return tuple(left)
 
     def facts(self) -> dict[str, Any]:
@@ -147,6 +186,7 @@ class Experiment:
             "requests": [
                 {
                     "scenarios": [one.full_name for one in request.scenarios],
+                    "clips": [one.label for one in request.clips],
                     "trackers": [one.label for one in request.trackers],
                     "seeds": list(request.seeds),
                     "repetitions": request.repetitions,
@@ -169,6 +209,7 @@ class Experiment:
                 }
                 for scenario in self.scenarios
             ],
+            "clips": [clip.facts() for clip in self.clips],
             "trackers": [
                 {"label": tracker.label, "spec": spec_text(tracker)}
                 for tracker in self.trackers
@@ -195,6 +236,7 @@ class Experiment:
                 Scenario.model_validate(one["scenario"]) for one in facts["scenarios"]
             ]
             by_name = {one.full_name: one for one in scenarios}
+            clips = {one["label"]: Clip.from_facts(one) for one in facts["clips"]}
             trackers = {one["label"]: one["spec"] for one in facts["trackers"]}
             axes = facts["sweep"]
             return cls(
@@ -207,7 +249,8 @@ class Experiment:
                         float(one["timeout_s"]),
                         int(one["memory_mb"]),
                         _sweep(one.get("sweep", axes)),
-                        protocol=str(one.get("protocol", "ope")),
+                        str(one.get("protocol", "ope")),
+                        tuple(clips[label] for label in one["clips"]),
                     )
                     for one in facts["requests"]
                 )
@@ -227,3 +270,18 @@ class Experiment:
 
 def _sweep(facts: Mapping[str, Any] | None) -> Sweep | None:
     return None if facts is None else Sweep.from_facts(facts)
+
+
+def _without_mended(
+    requests: tuple[Request, ...], newest: Request
+) -> tuple[Request, ...]:
+    """Return requests without the broken clips that the newest has anew."""
+    places = {clip.place for clip in newest.clips}
+    left = []
+    for one in requests:
+        clips = tuple(c for c in one.clips if not c.problem or c.place not in places)
+        if one.digest == newest.digest or len(clips) == len(one.clips):
+            left.append(one)
+        elif clips or one.scenarios:
+            left.append(replace(one, clips=clips))
+    return tuple(left)

@@ -6,23 +6,30 @@ import shutil
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
 from simbench.core.box import Box
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.datasets.native import is_finished, read_sequence
+from simbench.datasets.native import is_finished
+from simbench.datasets.referenced import read_stored
 from simbench.evaluation.isolated_track import TrackRequest
 from simbench.evaluation.protocol_scores import segment_repetition
 from simbench.evaluation.protocols import ProtocolRun, Segment
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.segments import frames_in_order
+from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.plan import SequenceTask, TrackTask, plan
 from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
-from simbench.experiments.tasks import generate_sequence, run_track, score_track
+from simbench.experiments.tasks import (
+    generate_sequence,
+    prepare_clip,
+    run_track,
+    score_track,
+)
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime.cluster import open_pool
 from simbench.runtime.doctor import opengl_renderer
@@ -35,8 +42,15 @@ __all__ = ["finished_scores", "run_grid", "run_request"]
 
 Segments = list[tuple[Segment, Track]]
 _GENERATION_COST = 10.0  # generating a frame takes about as long as tracking in ten
+_READING_COST = 1.0
 _GRACE_S = 30.0  # beside the limits of construction and run, which its process keeps
 _SCORING_LIMIT_S = 300.0
+_WHAT: Final = {
+    "unreachable": "not reachable: ",
+    "skipped": "",
+    "failed": "no sequence: ",
+}
+"""What a row says before the reason for which there is no sequence."""
 
 
 def run_grid(
@@ -85,7 +99,7 @@ def run_grid(
     ):
         run_jobs(pool, grid.next_job, grid.finish, report)
     firsts = [
-        read_sequence(task.sequence)
+        read_stored(task.sequence)
         for task in tasks
         if task.is_first and is_finished(task.sequence)
     ]
@@ -157,7 +171,7 @@ class _Grid:
         }
         needed = [task for task in tasks if self.open[task] or self.is_shown(task)]
         # the longest first, so that the last one does not leave other workers idle
-        needed.sort(key=lambda task: -task.scenario.frames)
+        needed.sort(key=lambda task: -task.source.frames)
         self.to_generate = deque(t for t in needed if not is_finished(t.sequence))
         self.ready = deque(
             track
@@ -193,15 +207,7 @@ class _Grid:
                 return job
         if not self.to_generate:
             return None
-        task = self.to_generate.popleft()
-        limit_s = generation_limit_s(max_rendered_frames(task.scenario))
-        return Job(
-            task,
-            "generate",
-            generate_sequence,
-            (task.scenario, task.seed, task.sequence, task.renderer),
-            limit_s,
-        )
+        return _sequence_job(self.to_generate.popleft())
 
     def track_job(self, track: TrackTask) -> Job | None:
         """Return the job of a segment of a run; None if its sequence cannot be read."""
@@ -219,7 +225,9 @@ class _Grid:
             raise AssertionError("a run that has ended waits to be scored")
         number = segment_repetition(track.protocol, track.repetition, len(run.done))
         frames = frames_in_order(sequence, segment.order)
-        request = TrackRequest(track.tracker, frames, segment.start, track.seed, number)
+        request = TrackRequest(
+            track.tracker, frames, segment.start, track.seed or 0, number
+        )
         arguments = request, track.limits, track.output, self.is_isolated
         limit_s = 2 * track.limits.timeout_s + _GRACE_S
         return Job(track, "track", run_track, arguments, limit_s)
@@ -227,7 +235,7 @@ class _Grid:
     def input_of(self, folder: Path) -> Sequence:
         """Return a sequence, of which a tracker gets frames and a first box only."""
         if folder not in self.inputs:
-            sequence = read_sequence(folder)
+            sequence = read_stored(folder)
             if not Box.from_array(sequence.truth.boxes[0]).is_finite:
                 raise DatasetError(
                     f"{sequence.name}: no target in frame 0 to start the track on"
@@ -259,15 +267,14 @@ class _Grid:
 
     def finish_sequence(self, task: SequenceTask, event: JobEvent) -> None:
         is_done = event.kind == "done"
-        failure: tuple[Literal["failed", "unreachable"], str] | None
+        failure: tuple[Literal["failed", "skipped", "unreachable"], str] | None
         failure = event.value if is_done else ("failed", event.value)
         if failure is None:
             self.ready.extend(self.open[task])
             return
         status, reason = failure
         for track in self.open[task]:
-            what = "not reachable" if status == "unreachable" else "no sequence"
-            row = track.missing(status, f"{what}: {reason}")
+            row = track.missing(status, f"{_WHAT[status]}{reason}")
             self.failed[track] = row
             self.work_done += _cost(track)
             if status == "unreachable":  # it always will be: a result
@@ -303,7 +310,20 @@ class _Grid:
         )
 
 
+def _sequence_job(task: SequenceTask) -> Job:
+    """Return the job that makes the folder of a sequence."""
+    if isinstance(task.source, Clip):
+        limit_s = generation_limit_s(task.source.frames)
+        arguments = task.source, task.sequence
+        return Job(task, "generate", prepare_clip, arguments, limit_s)
+    limit_s = generation_limit_s(max_rendered_frames(task.source))
+    made = task.source, task.seed, task.sequence, task.renderer
+    return Job(task, "generate", generate_sequence, made, limit_s)
+
+
 def _cost(task: SequenceTask | TrackTask) -> float:
     """Return the work of a task, in frames tracked."""
-    per_frame = _GENERATION_COST if isinstance(task, SequenceTask) else 1.0
-    return per_frame * task.scenario.frames
+    if isinstance(task, TrackTask):
+        return float(task.source.frames)
+    is_clip = isinstance(task.source, Clip)
+    return (_READING_COST if is_clip else _GENERATION_COST) * task.source.frames

@@ -1,16 +1,17 @@
-"""The tasks of an experiment: sequences to generate and tracker runs."""
+"""The tasks of an experiment: sequences to generate or to read, and tracker runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal, TypeAlias
 
 from simbench.core.errors import DatasetError
 from simbench.evaluation.isolated_track import Limits
 from simbench.evaluation.protocols import Protocol, find_protocol
 from simbench.evaluation.scores import Scores, score_missing
+from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.request import path_safe, spec_text
 from simbench.experiments.run_folder import RunFolder
@@ -18,9 +19,15 @@ from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import TrackerSpec
 
-__all__ = ["SequenceTask", "TrackTask", "plan", "sequence_stem"]
+__all__ = ["SequenceTask", "Source", "TrackTask", "plan", "sequence_stem"]
 
-_GENERATION = "simbench.generation.generate"
+_GENERATION: Final = "simbench.generation.generate"
+_READING: Final = "simbench.experiments.clips"
+RECORDED: Final = "recorded"
+"""In names of folders, in place of the seed."""
+
+Source: TypeAlias = Scenario | Clip
+"""What a sequence comes from."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,11 +36,11 @@ class TrackTask:
 
     Attributes
     ----------
-    scenario : Scenario
-    seed : int
-        Of the sequence.
+    source : Scenario or Clip
+    seed : int or None
+        Of the sequence; None for recorded data.
     sequence : Path
-        Folder of the sequence.
+        Folder of the sequence in the run folder.
     tracker : TrackerSpec
     repetition : int
     limits : Limits
@@ -44,8 +51,8 @@ class TrackTask:
     protocol : Protocol
     """
 
-    scenario: Scenario
-    seed: int
+    source: Source
+    seed: int | None
     sequence: Path
     tracker: TrackerSpec
     repetition: int
@@ -64,31 +71,35 @@ class TrackTask:
     @property
     def title(self) -> str:
         """One line for the progress display."""
-        return f"{self.tracker.label}: {self.scenario.full_name}, seed {self.seed}"
+        return f"{self.tracker.label}: {_title(self.source, self.seed)}"
 
-    def missing(self, status: Literal["failed", "unreachable"], reason: str) -> Scores:
+    def missing(
+        self, status: Literal["failed", "skipped", "unreachable"], reason: str
+    ) -> Scores:
         """Return the row of a run without measurement that is no tracker's fault."""
         return score_missing(
-            scenario=self.scenario.name,
+            scenario=self.source.name,
             seed=self.seed,
             tracker=self.tracker.label,
             reason=reason,
             status=status,
             repetition=self.repetition,
-            variant=self.scenario.variant,
+            variant=self.source.variant,
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SequenceTask:
-    """One sequence to generate, and the tracker runs that need it.
+    """One sequence to generate, or to read, and the tracker runs that need it.
 
     Attributes
     ----------
-    scenario : Scenario
-    seed : int
+    source : Scenario or Clip
+    seed : int or None
+        None for recorded data.
     sequence : Path
-        Folder for it.
+        Folder for it in the run folder; of a clip without the pictures, which stay
+        where they are.
     is_first : bool
         Whether it has the first seed, which the report shows.
     track_tasks : tuple of TrackTask
@@ -96,8 +107,8 @@ class SequenceTask:
         The OpenGL that must render it, see `plan`.
     """
 
-    scenario: Scenario
-    seed: int
+    source: Source
+    seed: int | None
     sequence: Path
     is_first: bool
     track_tasks: tuple[TrackTask, ...]
@@ -106,7 +117,8 @@ class SequenceTask:
     @property
     def title(self) -> str:
         """One line for the progress display."""
-        return f"generating: {self.scenario.full_name}, seed {self.seed}"
+        doing = "reading" if isinstance(self.source, Clip) else "generating"
+        return f"{doing}: {_title(self.source, self.seed)}"
 
 
 def plan(
@@ -130,38 +142,52 @@ def plan(
     renderer : str
         Vendor, renderer and version of the OpenGL in use.
     """
-    code = code_digest(_GENERATION)
-    places = [one.full_name for one in experiment.scenarios]
+    code, reading = code_digest(_GENERATION), code_digest(_READING)
+    sources: list[Source] = [*experiment.scenarios, *experiment.clips]
+    places = [one.full_name for one in sources]
     labels = [one.label for one in experiment.trackers]
-    found: dict[tuple[str, int], dict[tuple[str, int], TrackTask]] = {}
+    found: dict[tuple[str, int | None], dict[tuple[str, int], TrackTask]] = {}
     for request in experiment.requests:
         limits = Limits(request.timeout_s, request.memory_mb)
-        for scenario in request.scenarios:
-            for seed in request.seeds:
-                key = digest_of(code, renderer, scenario.digest, seed)[:8]
-                sequence = folder.sequences / f"{sequence_stem(scenario, seed)}-{key}"
-                runs = found.setdefault((scenario.full_name, seed), {})
-                for tracker in request.trackers:
-                    for repetition in range(request.repetitions):
-                        runs[tracker.label, repetition] = _track_task(
-                            folder,
-                            codes[tracker.label],
-                            scenario,
-                            seed,
-                            sequence,
-                            tracker,
-                            repetition,
-                            limits,
-                            find_protocol(request.protocol),
-                        )
-    tasks = []
+        protocol = find_protocol(request.protocol)
+        keyed: list[tuple[Source, int | None, str]] = [
+            (one, seed, digest_of(code, renderer, one.digest, seed))
+            for one in request.scenarios
+            for seed in request.seeds
+        ]
+        keyed += [
+            (one, one.seed, digest_of(reading, one.digest, one.problem))
+            for one in request.clips
+        ]
+        for source, seed, key in keyed:
+            sequence = folder.sequences / f"{sequence_stem(source, seed)}-{key[:8]}"
+            runs = found.setdefault((source.full_name, seed), {})
+            for tracker in request.trackers:
+                for repetition in range(request.repetitions):
+                    runs[tracker.label, repetition] = _track_task(
+                        folder,
+                        codes[tracker.label],
+                        source,
+                        seed,
+                        sequence,
+                        tracker,
+                        repetition,
+                        limits,
+                        protocol,
+                    )
+    tasks: list[SequenceTask] = []
+    shown: set[str] = set()
     for _, runs in sorted(found.items(), key=lambda item: places.index(item[0][0])):
         keys = sorted(runs, key=lambda key: (labels.index(key[0]), key[1]))
         track = runs[keys[0]]
-        is_first = track.seed == experiment.first_seed(track.scenario)
+        if isinstance(track.source, Clip):
+            is_first = track.source.full_name not in shown
+        else:
+            is_first = track.seed == experiment.first_seed(track.source)
+        shown.add(track.source.full_name)
         tasks.append(
             SequenceTask(
-                track.scenario,
+                track.source,
                 track.seed,
                 track.sequence,
                 is_first,
@@ -172,16 +198,21 @@ def plan(
     return tasks
 
 
-def sequence_stem(scenario: Scenario, seed: int) -> str:
-    """Return the first part of the folder names of a scenario and seed."""
-    return f"{path_safe(scenario.full_name)}-{seed:04d}"
+def sequence_stem(source: Source, seed: int | None) -> str:
+    """Return the first part of the folder names of a sequence."""
+    number = RECORDED if seed is None else f"{seed:04d}"
+    return f"{path_safe(source.full_name)}-{number}"
+
+
+def _title(source: Source, seed: int | None) -> str:
+    return source.full_name + ("" if seed is None else f", seed {seed}")
 
 
 def _track_task(
     folder: RunFolder,
     code: str,
-    scenario: Scenario,
-    seed: int,
+    source: Source,
+    seed: int | None,
     sequence: Path,
     tracker: TrackerSpec,
     repetition: int,
@@ -192,13 +223,13 @@ def _track_task(
     decisive += [] if protocol == "ope" else [protocol]
     key = digest_of(code, *decisive)
     return TrackTask(
-        scenario,
+        source,
         seed,
         sequence,
         tracker,
         repetition,
         limits,
         folder.parts / key[:16],
-        folder.output(scenario.full_name, seed, tracker.label, repetition),
+        folder.output(source.full_name, seed, tracker.label, repetition),
         protocol,
     )

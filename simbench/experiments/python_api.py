@@ -1,12 +1,14 @@
-"""The commands ``run`` and ``sweep`` as Python functions, for scripts and notebooks."""
+"""``run``, ``evaluate`` and ``sweep`` as Python functions, for scripts, notebooks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
 
+from simbench.datasets.formats.readers.annotation import ReadOptions
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_scores import SweepScores
+from simbench.experiments.clips import find_clips
 from simbench.experiments.refine_sweep import ROUNDS, refined_run
 from simbench.experiments.request import Request, sweep_request
 from simbench.experiments.run import RunResult, run_experiment
@@ -17,7 +19,7 @@ from simbench.scenarios.files.loading import load_variants
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import find_tracker
 
-__all__ = ["run", "sweep"]
+__all__ = ["evaluate", "run", "sweep"]
 
 ScenarioLike = Scenario | str | Path
 
@@ -111,6 +113,75 @@ def run(
         cluster=cluster,
         keep_sequences=keep_sequences,
         rules=rules,
+        progress=progress,
+    )
+    return result.scores
+
+
+def evaluate(
+    datasets: str | Path | Iterable[str | Path],
+    trackers: str | Iterable[str],
+    *,
+    repetitions: int = 1,
+    layout: str = "",
+    origin: int | None = None,
+    box: tuple[float, float, float, float] | None = None,
+    target: str = "",
+    skip_broken: bool = False,
+    out: Path | str | None = None,
+    jobs: int | None = None,
+    cluster: str = "",
+    timeout_s: float = 300.0,
+    memory_mb: int = 4096,
+    progress: Progress | None = None,
+) -> Scores:
+    """Run trackers on sequences that exist, recorded or generated, and score them.
+
+    The same as ``simbench evaluate``, which also prints the table.
+
+    Parameters
+    ----------
+    datasets : str or Path, or several
+        Sequences, or folders of sequences, in any layout that `simbench.read_sequence`
+        reads.
+    trackers, repetitions, out, jobs, cluster, timeout_s, memory_mb, progress
+        See `run`.
+    layout, origin, box, target
+        See `simbench.read_sequence`.
+    skip_broken : bool
+        Give damaged sequences rows of the status ``skipped``, in place of an error.
+
+    Returns
+    -------
+    Scores
+        The scenario of a recorded clip is its name; its seed is <NA>.
+
+    Raises
+    ------
+    SimbenchError
+        If a data set, tracker or option is wrong, or the folder cannot be used.
+
+    Examples
+    --------
+    >>> import simbench, tempfile
+    >>> scenario = simbench.load_scenario("smoke").shortened(4)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = simbench.generate(scenario, 0, folder)
+    ...     scores = simbench.evaluate(folder, "still", jobs=0)
+    >>> scores.runs[["scenario", "seed", "tracker", "status"]].values.tolist()
+    [['smoke', 0, 'still', 'ok']]
+    """
+    options = ReadOptions(layout, origin, box, target)
+    listed = [datasets] if isinstance(datasets, str | Path) else list(datasets)
+    specs = tuple(find_tracker(spec) for spec in _several(trackers))
+    clips = find_clips(
+        map(Path, listed), options, skip_broken=skip_broken, progress=progress
+    )
+    result = _run(
+        Request((), specs, (), repetitions, timeout_s, memory_mb, clips=clips),
+        out,
+        jobs=core_count() if jobs is None else jobs,
+        cluster=cluster,
         progress=progress,
     )
     return result.scores

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import glob
 from pathlib import Path
-
-from pydantic import ValidationError
 
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
 from simbench.evaluation.sweep_axes import Sweep
 from simbench.evaluation.sweep_scores import SweepScores
+from simbench.experiments.clips import Clip
 from simbench.experiments.plan import sequence_stem
 from simbench.experiments.run_folder import RunFolder
 from simbench.generation.generate import finished_sequence, generate
@@ -26,7 +26,7 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
     """Write the report of the run in ``path`` again and return its path.
 
     It shows the sequences that the folder kept; missing ones are generated again from
-    scenario and seed.
+    scenario and seed, clips are read where they were.
 
     Raises
     ------
@@ -43,9 +43,10 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
             (Scenario.model_validate(one["scenario"]), int(one["shown_seed"]))
             for one in facts["scenarios"]
         ]
+        clips = [Clip.from_facts(one) for one in facts.get("clips", [])]
         axes = facts.get("sweep")
         sweep = None if axes is None else SweepScores.read(path, Sweep.from_facts(axes))
-    except (KeyError, IndexError, TypeError, ValidationError, ScenarioError) as error:
+    except (LookupError, TypeError, ValueError, ScenarioError) as error:
         raise DatasetError(
             f"{path}/run.json: scenarios of another version: {type(error).__name__}"
         ) from None
@@ -53,6 +54,7 @@ def rebuild_report(path: Path, progress: Progress) -> Path:
     keys = set(zip(made["scenario"], made["variant"], made["seed"], strict=True))
     there = [(s, seed) for s, seed in shown if (s.name, s.variant, seed) in keys]
     sequences = _sequences(folder, there, progress)
+    sequences += _read(clips)
     write_report(scores, sequences, facts, folder.report, swept=sweep)
     return folder.report
 
@@ -73,6 +75,16 @@ def _sequences(
         sequences.append(kept or generate(scenario, seed, progress=report))
         before += scenario.frames
     return sequences
+
+
+def _read(clips: list[Clip]) -> list[Sequence]:
+    """Return the first clip of each name, as far as it is there and unchanged."""
+    found: dict[str, Sequence] = {}
+    for clip in clips:
+        if clip.full_name not in found and not clip.problem:
+            with contextlib.suppress(DatasetError):
+                found[clip.full_name] = clip.load()[0]
+    return list(found.values())
 
 
 def kept_sequence(folder: RunFolder, scenario: Scenario, seed: int) -> Sequence | None:

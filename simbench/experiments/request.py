@@ -1,4 +1,4 @@
-"""The request of a run: scenarios, seeds, trackers, repetitions and limits."""
+"""The request of a run: scenarios, seeds or clips, trackers, repetitions, limits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from simbench.core.errors import SimbenchError
 from simbench.evaluation.protocols import find_protocol
 from simbench.evaluation.sweep_axes import Sweep, parse_axis
+from simbench.experiments.clips import Clip
 from simbench.runtime.code_digest import digest_of
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import TrackerSpec
@@ -30,7 +31,7 @@ _LEAST_MEMORY_MB, _MOST_MEMORY_MB = 16, 2**22
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """The grid of a run: every tracker on every scenario and seed.
+    """The grid of a run: every tracker on every scenario and seed, and every clip.
 
     Attributes
     ----------
@@ -39,7 +40,8 @@ class Request:
     trackers : tuple of TrackerSpec
         Labels differ.
     seeds : tuple of int
-        Non-negative and distinct; one sequence a scenario and seed.
+        Non-negative and distinct; one sequence a scenario and seed. Empty where there
+        are only clips.
     repetitions : int
         Runs of each tracker on the same sequence, each with a seed of its own.
     timeout_s : float, s
@@ -50,6 +52,8 @@ class Request:
         The swept dials, where the variants are those of a sweep.
     protocol : str
         One of `simbench.evaluation.protocols.PROTOCOLS`.
+    clips : tuple of Clip
+        Sequences on disk; their labels differ.
 
     Raises
     ------
@@ -65,13 +69,17 @@ class Request:
     memory_mb: int = 4096
     sweep: Sweep | None = None
     protocol: str = "ope"
+    clips: tuple[Clip, ...] = ()
 
     def __post_init__(self) -> None:
         """Check values that come from the user."""
-        _check_distinct("scenario names", (s.full_name for s in self.scenarios))
         find_protocol(self.protocol)
+        if self.scenarios or not self.clips:
+            _check_distinct("scenario names", (s.full_name for s in self.scenarios))
+            _check_distinct("seeds", self.seeds)
+        if self.clips:
+            _check_distinct("clip names", (c.label for c in self.clips))
         _check_distinct("tracker labels", (t.label for t in self.trackers))
-        _check_distinct("seeds", self.seeds)
         if self.repetitions < 1:
             raise SimbenchError(
                 f"repetitions must be at least 1, got {self.repetitions}"
@@ -96,6 +104,7 @@ class Request:
             self.memory_mb,
             self.sweep and self.sweep.facts(),
             *([] if self.protocol == "ope" else [self.protocol]),
+            *([[c.label, c.digest, c.problem] for c in self.clips]),
         )
 
     @property
@@ -104,7 +113,8 @@ class Request:
         if self.sweep is not None:
             names = [self.scenarios[0].name, *self.sweep.dials]
             return f"sweep-{path_safe('-'.join(names))}-{self.digest[:8]}"
-        names = [path_safe(scenario.full_name) for scenario in self.scenarios]
+        every: list[Scenario | Clip] = [*self.scenarios, *self.clips]
+        names = [path_safe(one.full_name) for one in every]
         shown = "-".join(names[:2]) + ("-and-more" if len(names) > 2 else "")
         return f"{shown}-{self.digest[:8]}"
 

@@ -12,6 +12,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from simbench.core.errors import DatasetError
 from simbench.evaluation.protocol_scores import SEGMENTS
 from simbench.evaluation.rules import find_rules
@@ -81,12 +83,15 @@ class RunResult:
         output = self._output(run)
         where = f" (see {output})" if output.exists() else ""
         name = _scenario_of(run)
-        return f"{run.tracker} on {name}, seed {run.seed}: {run.reason}{where}"
+        seed = "" if pd.isna(run.seed) else f", seed {run.seed}"
+        doing = "skipped for " if run.status == "skipped" else ""
+        return f"{doing}{run.tracker} on {name}{seed}: {run.reason}{where}"
 
     def _output(self, run: Any) -> Path:
+        seed = None if pd.isna(run.seed) else int(run.seed)
         passes = 1 if run.protocol == "ope" else SEGMENTS
         return self.folder.output(
-            _scenario_of(run), run.seed, run.tracker, run.repetition // passes
+            _scenario_of(run), seed, run.tracker, run.repetition // passes
         )
 
 
@@ -151,9 +156,9 @@ def run_experiment(
     began = time.monotonic()
     is_isolated = jobs > 0 or bool(cluster)
     with ThreadPoolExecutor(1) as aside:  # takes a second
-        opengl = aside.submit(opengl_renderer)
         folder.refuse_foreign()  # mistakes are reported before trackers are tried
-        folder.joined(request, replace=replace)
+        renders = bool(folder.joined(request, replace=replace).scenarios)
+        opengl = aside.submit(opengl_renderer if renders else str)
         codes = tracker_codes(
             request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
         )
@@ -173,7 +178,7 @@ def run_experiment(
                 known = known.by_rules(chosen)
                 return RunResult(known, folder, _swept(experiment, known, path))
         keep_sequences = keep_sequences or folder.keeps_sequences
-        environment = versions() | {"opengl": renderer}
+        environment = versions() | ({"opengl": renderer} if renders else {})
         _say_what_changed(folder, environment, notice)
         commands = folder.commands if len(experiment.requests) > 1 else []
         facts = run_facts(
@@ -233,10 +238,13 @@ def run_facts(
 
 def _remove_parts(tasks: list[SequenceTask], request: Request) -> None:
     """Remove the stored results of a request, and the sequences that it needs."""
-    names = {one.full_name for one in request.scenarios}
+    names: set[tuple[str, int | None]] = {
+        (one.full_name, seed) for one in request.scenarios for seed in request.seeds
+    }
+    names |= {(clip.full_name, clip.seed) for clip in request.clips}
     labels = {one.label for one in request.trackers}
     for task in tasks:
-        if task.scenario.full_name not in names or task.seed not in request.seeds:
+        if (task.source.full_name, task.seed) not in names:
             continue
         shutil.rmtree(task.sequence, ignore_errors=True)
         for track in task.track_tasks:
@@ -252,6 +260,8 @@ def _say_what_changed(
         before = folder.read_facts().get("versions", {})
     except DatasetError:
         return
+    if before.get("opengl") is None:  # nothing was rendered
+        before = before | {"opengl": environment.get("opengl")}
     changed = [
         f"{name} {before.get(name) or 'missing'} -> {found or 'missing'}"
         for name, found in environment.items()

@@ -5,7 +5,7 @@
     run.json         request, versions, seeds, digests, host
     scores.parquet   one row a run, frames.parquet one row a frame; written at the end
     report.html
-    sequences/       generated sequences, where they are kept
+    sequences/       generated sequences, where they are kept, and the truth of clips
     parts/           scores of each finished task, named by the digest of everything
                      that decides them; a repeated command reuses them
     logs/            what each tracker printed, and its traceback if it failed
@@ -22,7 +22,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from simbench.core.atomic_write import atomic_write
 from simbench.core.bounded_read import LARGEST_JSON, parse_json, read_regular
@@ -35,6 +35,9 @@ from simbench.runtime.locks import empty_folder, is_lock_file, locked
 from simbench.runtime.worker_log import shorten
 
 __all__ = ["RunFolder"]
+
+
+_SEQUENCE: Final = re.compile(r".*-(\d{4,}|recorded)-[0-9a-f]{8}")
 
 
 class RunFolder:
@@ -94,10 +97,13 @@ class RunFolder:
             shorten(self.log)
             yield
 
-    def output(self, scenario: str, seed: int, tracker: str, repetition: int) -> Path:
+    def output(
+        self, scenario: str, seed: int | None, tracker: str, repetition: int
+    ) -> Path:
         """Return the file for what a tracker prints in one run."""
         names = path_safe(scenario), path_safe(tracker)
-        stem = f"{names[0]}-{seed:04d}-{names[1]}-{repetition}"
+        number = "recorded" if seed is None else f"{seed:04d}"
+        stem = f"{names[0]}-{number}-{names[1]}-{repetition}"
         if names != (scenario, tracker):  # others may be spelt the same in file names
             stem += f"-{digest_of(scenario, tracker)[:8]}"
         return self.logs / f"{stem}.txt"
@@ -178,7 +184,7 @@ class RunFolder:
     def remove_sequences(self) -> None:
         """Remove the generated sequences; other files stay where they are."""
         for path in self.sequences.glob("*"):
-            if re.fullmatch(r".*-\d{4,}-[0-9a-f]{8}", path.name) and path.is_dir():
+            if _SEQUENCE.fullmatch(path.name) and path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
         with contextlib.suppress(OSError):  # missing, or it holds other files
             self.sequences.rmdir()

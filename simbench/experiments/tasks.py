@@ -1,18 +1,20 @@
-"""What workers do: generate a sequence, run a tracker over it, and score the track.
+"""What workers do: generate or read a sequence, run a tracker, and score the track.
 
-A process that generates also scores; one that runs trackers does nothing else.
+A process that generates, or reads clips, also scores; one that runs trackers does
+nothing else.
 """
 
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import cv2
 
 from simbench.core.atomic_write import atomic_write_folder
-from simbench.core.errors import ScenarioError, SimbenchError
+from simbench.core.errors import DatasetError, ScenarioError, SimbenchError
 from simbench.core.tracker import Track
 from simbench.evaluation.isolated_track import (
     Limits,
@@ -26,8 +28,9 @@ from simbench.scenarios.schema import Scenario
 if TYPE_CHECKING:
     from simbench.evaluation.protocols import Protocol, Segment
     from simbench.evaluation.scores import Scores
+    from simbench.experiments.clips import Clip
 
-__all__ = ["generate_sequence", "run_track", "score_track"]
+__all__ = ["generate_sequence", "prepare_clip", "run_track", "score_track"]
 
 
 def generate_sequence(
@@ -66,6 +69,40 @@ def generate_sequence(
     used = " | ".join(describe_context().values())
     if used != renderer:
         return "failed", f"expected {renderer} to render, got {used}: set EGL_DEVICE_ID"
+    return None
+
+
+def prepare_clip(
+    clip: Clip, folder: Path, report: ReportProgress
+) -> tuple[Literal["failed", "skipped"], str] | None:
+    """Decode all pictures of a clip, and write its truth and attributes.
+
+    Parameters
+    ----------
+    clip : Clip
+    folder : Path
+        Folder in the run folder.
+    report : callable
+
+    Returns
+    -------
+    (status, reason) or None
+        Why it cannot be used, in one line: ``skipped`` where that was known before.
+    """
+    from simbench.datasets.attributes import picture_attributes
+    from simbench.datasets.referenced import write_referenced
+
+    cv2.setNumThreads(1)
+    if clip.problem:
+        return "skipped", clip.problem
+    shutil.rmtree(folder, ignore_errors=True)  # what an interrupted run left
+    try:
+        sequence, pictures = clip.load()
+        found = picture_attributes(sequence, report)
+        attributes = {**found, **sequence.attributes}
+        write_referenced(folder, replace(sequence, attributes=attributes), pictures)
+    except DatasetError as error:
+        return "failed", str(error)
     return None
 
 
@@ -116,10 +153,10 @@ def score_track(
     report : callable
     """
     # here, so that a process that only tracks loads no table library
-    from simbench.datasets.native import read_sequence
+    from simbench.datasets.referenced import read_stored
     from simbench.evaluation.protocol_scores import score_segments
 
-    scores = score_segments(found, read_sequence(sequence), protocol)
+    scores = score_segments(found, read_stored(sequence), protocol)
     with atomic_write_folder(part) as temporary:
         scores.write(temporary)
     return scores

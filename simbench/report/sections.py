@@ -80,7 +80,7 @@ def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
     """Split scores by scenario and variant, in order of appearance."""
     described = {
         (one.get("name"), one.get("variant", "")): one
-        for one in run.get("scenarios", ())
+        for one in (*run.get("scenarios", ()), *run.get("clips", ()))
     }
     labels = tracker_labels(scores, run)
     frames = scores.frames
