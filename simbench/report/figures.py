@@ -89,7 +89,7 @@ def error_by_frame(
         "domain": [0.0, 0.19],
         "range": [0, 108],
         "dtick": 50,
-        "title": {"text": "visible [%]", "font": {"size": 12}},
+        "title": {"text": _visible_title(truth), "font": {"size": 12}},
     }
     layout["shapes"] = [*_spans(truth), dotted_line("y", 20.0, "#52606d", "above")]
     layout["hoversubplots"] = "axis"
@@ -151,6 +151,11 @@ def _lines_by_frame(
         numbers = answers["frame"].tolist()
         lines.append(line(tracker, styles[tracker], numbers, values, hover))
     return lines
+
+
+def _visible_title(frames: pd.DataFrame) -> str:
+    is_known = frames.loc[~frames["absent"], "visible_fraction"].notna().any()
+    return "visible [%]" if is_known else "visible: unknown"
 
 
 def _visible_share(frames: pd.DataFrame) -> dict[str, Any]:

@@ -98,7 +98,8 @@ def write_report(
             [
                 heading,
                 count(len(labels), "tracker"),
-                count(seeds, "seed") if seeds else "recorded data",
+                *([count(seeds, "seed")] if seeds else []),
+                *(["recorded data"] if scores.runs["seed"].isna().any() else []),
             ]
         ),
         chapters=chapters,
@@ -156,6 +157,7 @@ def _chapter(
         "diagnosis": tables.diagnosis_rows(section),
         "column_notes": tables.column_notes(section),
         "dials": tables.dial_rows(section),
+        "attributes": tables.attribute_rows(section),
         "failures": tables.failure_rows(section.runs),
         "has_particles": any(one["particles"] for one in by_frame.values()),
         "seeds": list(by_frame),

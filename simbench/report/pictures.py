@@ -20,6 +20,7 @@ __all__ = ["Snapshot", "animation", "describe_visibility", "snapshot", "stills"]
 Box: TypeAlias = list[float]
 
 _MAX_FRAMES: Final = 80
+_LEAST_FRAMES: Final = 8
 _STILL_WIDTH_PX: Final = 640
 _STILL_QUALITY: Final = 82
 # Width [px] and JPEG quality, tried in order until the animation fits its budget.
@@ -115,9 +116,10 @@ def animation(
         their numbers; ``times`` [s]; ``truth`` and ``tracks[tracker]``, a box [px] or
         None by picture; ``visible``, a caption by picture.
     """
-    step = max(1, -(-len(sequence) // _MAX_FRAMES))
-    indices = list(range(0, len(sequence), step))
-    width, quality = _affordable_size(sequence, indices, budget_bytes)
+    indices = _spaced(len(sequence), _MAX_FRAMES)
+    width, quality, mean = _affordable_size(sequence, indices, budget_bytes)
+    if mean * len(indices) > budget_bytes:  # of many scenarios each has little
+        indices = _spaced(len(sequence), max(_LEAST_FRAMES, int(budget_bytes / mean)))
     images, times = [], []
     for index in indices:
         frame = sequence.frames[index]
@@ -156,15 +158,24 @@ def describe_visibility(truth: Truth, index: int) -> str:
 
 def _affordable_size(
     sequence: Sequence, indices: list[int], budget_bytes: int
-) -> tuple[int, int]:
-    """Return the first of the sizes whose pictures fit, estimated from five of them."""
+) -> tuple[int, int, float]:
+    """Return the first of the sizes whose pictures fit, and the bytes of a picture.
+
+    Estimated from five of them; if none fits, the smallest.
+    """
     subset = [indices[i] for i in np.linspace(0, len(indices) - 1, 5).astype(int)]
     images = [sequence.frames[index].image for index in subset]
     for width, quality in _SIZES:
-        mean = np.mean([len(_data_uri(image, width, quality)) for image in images])
+        sizes = [len(_data_uri(image, width, quality)) for image in images]
+        mean = float(np.mean(sizes))
         if mean * len(indices) <= budget_bytes:
-            return width, quality
-    return _SIZES[-1]
+            break
+    return width, quality, mean
+
+
+def _spaced(count: int, most: int) -> list[int]:
+    """Return at most ``most`` evenly spaced numbers below ``count``, from 0."""
+    return list(range(0, count, max(1, -(-count // most))))
 
 
 def _data_uri(image: NDArray[np.uint8], max_width: int, quality: int) -> str:

@@ -19,6 +19,7 @@ __all__ = [
     "DIAGNOSIS_COLUMNS",
     "SCORE_COLUMNS",
     "Cell",
+    "attribute_rows",
     "column_notes",
     "diagnosis_rows",
     "dial_rows",
@@ -193,20 +194,23 @@ def failure_rows(runs: pd.DataFrame) -> list[tuple[str, str, str, str]]:
 
 
 def sequence_rows(section: ReportSection) -> list[tuple[str, str, str, str, str, str]]:
-    """Return seed, frames, absent frames, least visible share, redraws and digest."""
+    """Return seed, frames, absent frames, least visible share, redraws and digest.
+
+    What recorded data do not tell is ``unknown``.
+    """
     rows = []
     for seed in section.seeds:
         runs = rows_of_seed(section.runs, seed)
         frames = next(iter(section.of_seed(seed).values()), section.frames.iloc[:0])
-        visible = frames.loc[~frames["absent"], "visible_fraction"].min()
+        visible = float(frames.loc[~frames["absent"], "visible_fraction"].min())
         # The maximum skips the rows of killed runs, which do not know their sequence.
         rows.append(
             (
                 seed_name(seed),
                 count(int(runs["frames"].max()), "frame"),
-                str(runs["frames_absent"].max()),
-                percent(float(visible)),
-                str(runs["traffic_redraws"].max()),
+                _known(runs["frames_absent"].max()),
+                "unknown" if np.isnan(visible) else percent(visible),
+                _known(runs["traffic_redraws"].max()),
                 str(runs["digest"].max()),
             )
         )
@@ -237,6 +241,26 @@ def overall_notes(sections: Sequence[ReportSection]) -> list[str]:
     return [
         note for section in sections for note in column_notes(section, _OVERALL_COLUMNS)
     ]
+
+
+def attribute_rows(section: ReportSection) -> list[tuple[str, str]]:
+    """Return each attribute of a clip and the share of its frames that have it."""
+    runs = section.runs[section.runs["status"] == "ok"]
+    prefix = "attribute."
+    shares = {
+        str(name).removeprefix(prefix): float(runs[name].mean())
+        for name in runs
+        if str(name).startswith(prefix)
+    }
+    return [
+        (name.replace("_", " "), percent(share))
+        for name, share in sorted(shares.items())
+        if not np.isnan(share)
+    ]
+
+
+def _known(value: object) -> str:
+    return "unknown" if pd.isna(value) else str(value)  # type: ignore[call-overload]
 
 
 def _columns(

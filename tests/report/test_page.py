@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,35 @@ def test_report_of_recorded_data_needs_neither_seed_nor_visibility(
     assert "visible share unknown" in text
     assert "Most occluded" not in text
     chapter_data(text)  # JSON has no NaN
+
+
+def test_what_recorded_data_lack_is_called_unknown(tmp_path: Path) -> None:
+    sequence = synthetic_sequence("clip", 0)
+    nothing = np.full(len(sequence), np.nan)
+    truth = replace(
+        sequence.truth,
+        visible_fraction=nothing,
+        occluders=("unknown",) * len(sequence),
+    )
+    flags = np.array([1.0] * 30 + [0.0] * 90)
+    attributes = {"camera_motion": flags, "grey": nothing}
+    clip = replace(sequence, truth=truth, seed=None, attributes=attributes)
+    clips = [{"name": "clip", "variant": "", "title": "clip", "tests": "A clip."}]
+    text = written(tmp_path, one_run(clip), [clip], {"clips": clips})
+    (row,) = re.findall(r"<tr><td>clip</td>(.*)</tr>", text)
+    assert re.findall(r"<td>([^<]*)</td>", row)[:5] == [
+        "recorded",
+        "120 frames",
+        "0",
+        "unknown",
+        "unknown",
+    ]
+    assert "visible share unknown" in text
+    assert "A clip." in text
+    assert '<th scope="row">camera motion</th><td>25 %</td>' in text
+    assert "grey" not in re.findall(r"<h3>Attributes</h3>.*?</table>", text, re.S)[0]
+    layout = chapter_data(text)["by_frame"]["recorded"]["error"]["layout"]
+    assert layout["yaxis2"]["title"]["text"] == "visible: unknown"
 
 
 def test_each_variant_has_its_own_chapter_and_pictures(

@@ -186,6 +186,14 @@ def test_animation_is_scaled_down_to_meet_its_budget() -> None:
     assert sum(map(len, small)) < 1_550_000
 
 
+def test_animation_of_a_small_budget_has_fewer_frames() -> None:
+    sequence = synthetic_sequence("poles", 0)
+    found = animation(sequence, {}, 40_000)
+    assert 8 <= len(found["images"]) < 60
+    assert found["frames"][0] == 0
+    assert sum(map(len, found["images"])) < 60_000
+
+
 def test_still_has_the_colours_of_the_frame() -> None:
     first = stills(synthetic_sequence("poles", 0))[0]
     red, green, blue = picture(first.source)[100, 30].tolist()[::-1]
