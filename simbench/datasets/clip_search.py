@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -24,6 +25,8 @@ from simbench.datasets.formats.readers.uav123 import Uav123Reader
 from simbench.datasets.formats.readers.vot import VotReader
 
 __all__ = ["LAYOUTS", "find_places", "reader_of"]
+
+logger = logging.getLogger(__name__)
 
 _READERS: Final[Mapping[str, Reader]] = {
     reader.name: reader
@@ -100,7 +103,7 @@ def find_places(path: Path, options: ReadOptions) -> list[Place]:
 def _folders(path: Path, options: ReadOptions) -> Iterator[list[Place]]:
     """Yield the sequences of each folder that has any; what is below is not searched.
 
-    A link is followed only where it is given, so that there is no circle.
+    Links are not followed, so that there is no circle and nothing from outside.
     """
     waiting = [(path.absolute(), 0)]
     seen = 0
@@ -115,7 +118,7 @@ def _folders(path: Path, options: ReadOptions) -> Iterator[list[Place]]:
             yield places
             continue
         if folder.is_dir() and depth < _DEEPEST:
-            below = [(one, depth + 1) for one in _subfolders(folder)]
+            below = [(one, depth + 1) for one in _subfolders(folder, path)]
             waiting = below + waiting
 
 
@@ -139,17 +142,23 @@ def _places(folder: Path, options: ReadOptions) -> list[Place]:
     return next(iter(found.values()), [])
 
 
-def _subfolders(folder: Path) -> list[Path]:
+def _subfolders(folder: Path, given: Path) -> list[Path]:
     try:
         with os.scandir(folder) as entries:
-            names = [
-                entry.name
-                for entry in entries
-                if entry.is_dir(follow_symlinks=False) and entry.name[0] != "."
-            ]
+            found = [e for e in entries if e.name[0] != "." and e.is_dir()]
+            links = {entry.name for entry in found if entry.is_symlink()}
+            names = sorted(entry.name for entry in found)
     except OSError as error:
         raise DatasetError(f"{folder}: cannot be read: {error.strerror}") from None
-    return [folder / name for name in sorted(names)]
+    for name in sorted(links):
+        if not (folder / name).resolve().is_relative_to(given.resolve()):
+            logger.warning(
+                "%s: left out, since it is a link out of %s: give the folder that it "
+                "leads to",
+                folder / name,
+                given,
+            )
+    return [folder / name for name in names if name not in links]
 
 
 def _why_nothing(path: Path, options: ReadOptions) -> str:

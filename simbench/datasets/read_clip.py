@@ -119,9 +119,11 @@ def read_place(place: Place, options: ReadOptions) -> tuple[Sequence, Annotation
             f"got {width} x {height}"
         )
     _require_inside(place, found, width, height)
-    origin = found.origin if options.origin is None else options.origin
+    origin = _origin(found, options)
     shift = np.array([origin, origin, 0, 0], dtype=np.float64)
     boxes = found.boxes - shift
+    if found.visible_boxes is not None:
+        found = replace(found, visible_boxes=found.visible_boxes - shift)
     times = np.arange(len(found.pictures)) / found.rate_hz
     sequence = Sequence(
         name=place.name,
@@ -155,9 +157,8 @@ def clip_digest(
     DatasetError
         If a picture is empty, cut short, or of another size than the first.
     """
-    digest = hashlib.sha256(
-        repr((place.layout, place.target, options.origin, options.box)).encode()
-    )
+    how = place.layout, place.target, _origin(read, options), options.box
+    digest = hashlib.sha256(repr(how).encode())
     for name in read.files:
         if (place.root / name).is_file():
             with open_below(place.root, name, LARGEST_PICTURE) as file:
@@ -182,6 +183,10 @@ def _content_digest(file: BinaryIO) -> bytes:
     while piece := file.read(_PIECE):
         digest.update(piece)
     return digest.digest()
+
+
+def _origin(read: Annotation, options: ReadOptions) -> int:
+    return read.origin if options.origin is None else options.origin
 
 
 def with_attributes(sequence: Sequence, digest: str) -> Sequence:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.core.text import printable
@@ -205,10 +207,13 @@ def find_clips(
         raise DatasetError(f"expected at most {_MOST_CLIPS} clips, found {len(places)}")
     clips = []
     with ThreadPoolExecutor(_READERS) as threads:
-        for clip in threads.map(lambda place: _examined(place, options), places):
-            clips.append(clip)
-            if progress is not None:
-                progress(len(clips), len(places), f"reading: {clip.label}")
+        try:
+            for clip in threads.map(lambda place: _examined(place, options), places):
+                clips.append(clip)
+                if progress is not None:
+                    progress(len(clips), len(places), f"reading: {clip.label}")
+        finally:  # Ctrl-C does not wait for clips that are not begun
+            threads.shutdown(cancel_futures=True)
     problems = [clip.problem for clip in clips if clip.problem]
     if problems and not skip_broken:
         raise BrokenClipsError(problems)
@@ -229,7 +234,7 @@ def _examined(place: Place, options: ReadOptions) -> Clip:
         digest = clip_digest(place, options, read)
     except DatasetError as error:
         return Clip(place, options, place.name, problem=printable(str(error)))
-    if not sequence.truth.boxes[:1].any() or sequence.truth.absent[0]:
+    if not np.isfinite(sequence.truth.boxes[0]).all():
         reason = f"{place.root / place.folder}: expected the target in the first frame"
         return Clip(place, options, place.name, problem=reason)
     return Clip(

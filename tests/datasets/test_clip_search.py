@@ -34,6 +34,19 @@ def test_sequences_are_found_below_a_folder_in_order(tmp_path: Path) -> None:
     assert [place.name for place in found] == ["Zero", "One", "Two"]
 
 
+def test_a_link_out_of_a_data_set_is_left_out_and_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    write_otb(tmp_path / "set" / "inside")
+    write_otb(tmp_path / "other")
+    (tmp_path / "set" / "link").symlink_to(tmp_path / "other")
+    found = find_places(tmp_path / "set", ReadOptions())
+    assert [place.name for place in found] == ["inside"]
+    assert f"{tmp_path}/set/link: left out, since it is a link out of" in caplog.text
+    (place,) = find_places(tmp_path / "set" / "link", ReadOptions())
+    assert place.name == "link"
+
+
 def test_a_folder_of_two_layouts_is_ambiguous(tmp_path: Path) -> None:
     folder = write_otb(tmp_path / "a")
     write_rows(folder / "groundtruth.txt", BOXES)

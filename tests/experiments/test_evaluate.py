@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -121,6 +122,25 @@ def test_frames_without_truth_are_not_scored(tmp_path: Path) -> None:
     assert np.isnan(row["precision_20"])
     assert pd.isna(row["frames_absent"])
     assert scores.frames["left"].tolist() == [10] * 4
+
+
+def test_trackers_of_a_video_run_in_processes_of_their_own(tmp_path: Path) -> None:
+    path = tmp_path / "drive.avi"
+    code = cv2.VideoWriter.fourcc(*"MJPG")
+    writer = cv2.VideoWriter(str(path), code, 20.0, (64, 48))
+    for index in range(6):
+        writer.write(np.full((48, 64, 3), 40 * index, np.uint8))
+    writer.release()
+    scores = simbench.evaluate(
+        path,
+        ["still", "bad=tests.runtime.misbehaving:Leave"],
+        box=(10, 12, 8, 6),
+        jobs=1,
+        out=tmp_path / "run",
+    )
+    assert scores.runs["status"].tolist() == ["ok", "failed"]
+    assert scores.frames["time_s"].tolist()[:6] == pytest.approx(np.arange(6) / 20)
+    assert "drive" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_a_repeated_command_computes_nothing_again(data: Path, tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ from simbench.datasets.formats.readers.pictures import Pictures
 __all__ = ["CocoReader", "YoutubeVisReader"]
 
 _TRACKS: Final = "instances.json"
+_ID: Final = (int, str)
 Row = Mapping[str, Any]
 
 
@@ -160,37 +161,54 @@ def _chosen(tracks: Mapping[str, Row], options: ReadOptions) -> list[str]:
 
 def _by_folder(root: Path, file: str) -> dict[str, tuple[list[Row], list[Row]]]:
     """Return images and annotations with tracks by the folder of the pictures."""
-    facts = _parsed(root, file)
-    where = root / file
-    try:
-        folders: dict[str, tuple[list[Row], list[Row]]] = {}
-        of_image = {}
-        for image in facts["images"]:
-            folder = str(image["file_name"]).rpartition("/")[0]
-            folders.setdefault(folder, ([], []))[0].append(image)
-            of_image[image["id"]] = folder
-        for row in facts["annotations"]:
-            if "track_id" in row:
-                folders[of_image[row["image_id"]]][1].append(row)
-    except (KeyError, TypeError, AttributeError) as error:
-        raise _wrong(where, error) from None
+    facts, where = _parsed(root, file), root / file
+    images = _rows(facts, "images", {"id": _ID, "file_name": str}, where)
+    tracked = _rows(facts, "annotations", {"image_id": _ID}, where)
+    folders: dict[str, tuple[list[Row], list[Row]]] = {}
+    of_image: dict[Any, str] = {}
+    for image in images:
+        of_image[image["id"]] = folder = image["file_name"].rpartition("/")[0]
+        folders.setdefault(folder, ([], []))[0].append(image)
+    for row in tracked:
+        if isinstance(row.get("track_id"), _ID) and row["image_id"] in of_image:
+            folders[of_image[row["image_id"]]][1].append(row)
     return {name: of for name, of in folders.items() if of[1]}
 
 
 def _videos(root: Path) -> list[tuple[Row, list[Row]]]:
     """Return the videos, each with its tracks."""
-    facts = _parsed(root, _TRACKS)
-    try:
-        rows: dict[Any, list[Row]] = {video["id"]: [] for video in facts["videos"]}
-        for row in facts["annotations"]:
-            rows[row["video_id"]].append(row)
-        return [
-            (video, rows[video["id"]])
-            for video in facts["videos"]
-            if rows[video["id"]] and video["file_names"]
-        ]
-    except (KeyError, TypeError, AttributeError) as error:
-        raise _wrong(root / _TRACKS, error) from None
+    facts, where = _parsed(root, _TRACKS), root / _TRACKS
+    videos = _rows(facts, "videos", {"id": _ID, "file_names": list}, where)
+    tracks = _rows(facts, "annotations", {"id": _ID, "video_id": _ID}, where)
+    found = []
+    for video in videos:
+        mine = [row for row in tracks if row["video_id"] == video["id"]]
+        if not all(isinstance(name, str) for name in video["file_names"]):
+            raise DatasetError(f"{where}: videos: expected file_names of text")
+        if mine and video["file_names"]:
+            found.append((video, mine))
+    return found
+
+
+def _rows(facts: Any, key: str, types: Mapping[str, Any], where: Path) -> list[Row]:
+    """Return a list of a document, each of whose items has keys of some types.
+
+    Raises
+    ------
+    DatasetError
+        If it is something else.
+    """
+    rows = facts.get(key) if isinstance(facts, dict) else None
+    if not isinstance(rows, list):
+        raise DatasetError(f"{where}: {key}: expected a list, got another document")
+    for number, row in enumerate(rows):
+        for name, kind in types.items():
+            if not isinstance(row, dict) or not isinstance(row.get(name), kind):
+                raise DatasetError(
+                    f"{where}: {key}[{number}]: expected {name} of another type, or at "
+                    "all"
+                )
+    return rows
 
 
 def _parsed(root: Path, file: str) -> Any:
@@ -201,13 +219,6 @@ def _parsed(root: Path, file: str) -> Any:
 @lru_cache(maxsize=2)
 def _parsed_at(root: Path, file: str, changed_ns: int, size: int) -> Any:
     return parse_json(read_below(root, file, LARGEST_JSON), root / file)
-
-
-def _wrong(where: Path, error: Exception) -> DatasetError:
-    return DatasetError(
-        f"{where}: expected images or videos and annotations, got another document "
-        f"({type(error).__name__}: {str(error)[:60]})"
-    )
 
 
 def _box(value: Any, where: Path) -> NDArray[np.float64]:
