@@ -66,11 +66,12 @@ def valid_boxes(
         With file and line, if a number is missing, or a width or height negative.
     """
     boxes = rows.values
-    is_nan = np.isnan(boxes).any(axis=1)
+    is_nan = np.asarray(np.isnan(boxes).any(axis=1))
     is_wrong = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
-    wrong: NDArray[np.bool_] = is_wrong | (is_nan if nan == "refused" else False)
-    if wrong.any():
-        first = int(wrong.argmax())
+    if nan == "refused":
+        is_wrong |= is_nan
+    if is_wrong.any():
+        first = int(is_wrong.argmax())
         got = "not a number" if is_nan[first] else _shown(boxes[first])
         raise DatasetError(
             f"{where}:{rows.lines[first]}: expected {LEFT_TOP_WIDTH_HEIGHT} of a box, "

@@ -32,11 +32,11 @@ CAR4 = (70, 51, 107, 87)
 
 
 def lefts(sequence: Sequence) -> list[float]:
-    return sequence.truth.boxes[:, 0].tolist()
+    return [float(left) for left in sequence.truth.boxes[:, 0]]
 
 
-def names(path: Path, **options: str) -> list[str]:
-    return [place.name for place in find_places(path, ReadOptions(**options))]
+def names(path: Path) -> list[str]:
+    return [place.name for place in find_places(path, ReadOptions())]
 
 
 @pytest.mark.parametrize("between", [",", "\t", " ", ", ", "   "])
