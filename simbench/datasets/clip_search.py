@@ -20,7 +20,7 @@ from simbench.datasets.formats.readers.mot17 import Mot17Reader
 from simbench.datasets.formats.readers.native import NativeReader
 from simbench.datasets.formats.readers.nfs import NfsReader
 from simbench.datasets.formats.readers.otb import OtbReader, TlpReader
-from simbench.datasets.formats.readers.pictures import has_pictures
+from simbench.datasets.formats.readers.picture_list import has_pictures
 from simbench.datasets.formats.readers.uav123 import Uav123Reader
 from simbench.datasets.formats.readers.vot import VotReader
 

@@ -29,9 +29,8 @@ from simbench.datasets.formats.readers.annotation import (
 from simbench.datasets.formats.readers.pictures import Pictures, frames_of
 from simbench.datasets.frames import (
     LARGEST_PICTURE,
-    is_complete_picture,
-    picture_size,
 )
+from simbench.datasets.picture_header import is_complete_picture, picture_size
 
 __all__ = ["clip_digest", "read_place", "read_sequence", "with_attributes"]
 

@@ -41,8 +41,6 @@ from simbench.scenarios.achieved_dials import max_rendered_frames
 __all__ = ["finished_scores", "run_grid", "run_request"]
 
 Segments = list[tuple[Segment, Track]]
-_GENERATION_COST = 10.0  # generating a frame takes about as long as tracking in ten
-_READING_COST = 1.0
 _GRACE_S = 30.0  # beside the limits of construction and run, which its process keeps
 _SCORING_LIMIT_S = 300.0
 _WHAT: Final = {
@@ -179,8 +177,8 @@ class _Grid:
             if is_finished(task.sequence)
             for track in self.open[task]
         )
-        self.all_work = sum(map(_cost, self.to_generate)) + sum(
-            _cost(track) for tracks in self.open.values() for track in tracks
+        self.all_work = sum(task.work for task in self.to_generate) + sum(
+            track.work for tracks in self.open.values() for track in tracks
         )
         self.work_done = 0.0
 
@@ -246,7 +244,7 @@ class _Grid:
     def finish(self, event: JobEvent) -> None:
         task = event.job.name
         if isinstance(task, SequenceTask):
-            self.work_done += _cost(task)
+            self.work_done += task.work
             self.finish_sequence(task, event)
         elif task in self.being_scored:
             self.being_scored.remove(task)
@@ -276,14 +274,14 @@ class _Grid:
         for track in self.open[task]:
             row = track.missing(status, f"{_WHAT[status]}{reason}")
             self.failed[track] = row
-            self.work_done += _cost(track)
+            self.work_done += track.work
             if status == "unreachable":  # it always will be: a result
                 row.write(track.part)
         shutil.rmtree(task.sequence, ignore_errors=True)
 
     def end_track(self, track: TrackTask, row: Scores | None = None) -> None:
         """Count a run as done; ``row`` is for one that has no stored scores."""
-        self.work_done += _cost(track)
+        self.work_done += track.work
         self.runs.pop(track, None)
         if row is not None:
             self.failed[track] = row
@@ -298,7 +296,7 @@ class _Grid:
         self, running: Mapping[SequenceTask | TrackTask, float]
     ) -> tuple[float, float, str]:
         """Return the work done, all of it, and the title of a running task."""
-        under_way = sum(_cost(task) * share for task, share in running.items())
+        under_way = sum(task.work * share for task, share in running.items())
         title = next((task.title for task in running), "")
         return self.work_done + under_way, self.all_work, title
 
@@ -319,11 +317,3 @@ def _sequence_job(task: SequenceTask) -> Job:
     limit_s = generation_limit_s(max_rendered_frames(task.source))
     made = task.source, task.seed, task.sequence, task.renderer
     return Job(task, "generate", generate_sequence, made, limit_s)
-
-
-def _cost(task: SequenceTask | TrackTask) -> float:
-    """Return the work of a task, in frames tracked."""
-    if isinstance(task, TrackTask):
-        return float(task.source.frames)
-    is_clip = isinstance(task.source, Clip)
-    return (_READING_COST if is_clip else _GENERATION_COST) * task.source.frames

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -13,7 +13,7 @@ from simbench.evaluation.protocols import Protocol, find_protocol
 from simbench.evaluation.scores import Scores, score_missing
 from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment
-from simbench.experiments.request import path_safe, spec_text
+from simbench.experiments.request import Request, path_safe, spec_text
 from simbench.experiments.run_folder import RunFolder
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
@@ -22,6 +22,7 @@ from simbench.trackers.find_tracker import TrackerSpec
 __all__ = ["SequenceTask", "Source", "TrackTask", "plan", "sequence_stem"]
 
 _GENERATION: Final = "simbench.generation.generate"
+_GENERATION_COST: Final = 10.0  # as tracking: about ten frames for one generated
 _READING: Final = "simbench.experiments.clips"
 RECORDED: Final = "recorded"
 """In names of folders, in place of the seed."""
@@ -67,6 +68,11 @@ class TrackTask:
             return Scores.read(self.part)
         except (DatasetError, TypeError, ValueError):
             return None
+
+    @property
+    def work(self) -> float:
+        """Size of the work, in frames tracked."""
+        return float(self.source.frames)
 
     @property
     def title(self) -> str:
@@ -115,6 +121,12 @@ class SequenceTask:
     renderer: str
 
     @property
+    def work(self) -> float:
+        """Size of the work, in frames tracked."""
+        is_clip = isinstance(self.source, Clip)
+        return (1.0 if is_clip else _GENERATION_COST) * self.source.frames
+
+    @property
     def title(self) -> str:
         """One line for the progress display."""
         doing = "reading" if isinstance(self.source, Clip) else "generating"
@@ -142,7 +154,6 @@ def plan(
     renderer : str
         Vendor, renderer and version of the OpenGL in use.
     """
-    code, reading = code_digest(_GENERATION), code_digest(_READING)
     sources: list[Source] = [*experiment.scenarios, *experiment.clips]
     places = [one.full_name for one in sources]
     labels = [one.label for one in experiment.trackers]
@@ -150,16 +161,7 @@ def plan(
     for request in experiment.requests:
         limits = Limits(request.timeout_s, request.memory_mb)
         protocol = find_protocol(request.protocol)
-        keyed: list[tuple[Source, int | None, str]] = [
-            (one, seed, digest_of(code, renderer, one.digest, seed))
-            for one in request.scenarios
-            for seed in request.seeds
-        ]
-        keyed += [
-            (one, one.seed, digest_of(reading, one.digest, one.problem))
-            for one in request.clips
-        ]
-        for source, seed, key in keyed:
+        for source, seed, key in _keyed_sources(request, renderer):
             sequence = folder.sequences / f"{sequence_stem(source, seed)}-{key[:8]}"
             runs = found.setdefault((source.full_name, seed), {})
             for tracker in request.trackers:
@@ -196,6 +198,21 @@ def plan(
             )
         )
     return tasks
+
+
+def _keyed_sources(
+    request: Request, renderer: str
+) -> Iterator[tuple[Source, int | None, str]]:
+    """Yield each sequence of a request: its source, seed, and key of its content."""
+    if request.scenarios:
+        code = code_digest(_GENERATION)
+        for scenario in request.scenarios:
+            for seed in request.seeds:
+                yield scenario, seed, digest_of(code, renderer, scenario.digest, seed)
+    if request.clips:
+        code = code_digest(_READING)
+        for clip in request.clips:
+            yield clip, clip.seed, digest_of(code, clip.digest, clip.problem)
 
 
 def sequence_stem(source: Source, seed: int | None) -> str:

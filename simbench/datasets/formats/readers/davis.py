@@ -31,7 +31,7 @@ from simbench.datasets.formats.readers.annotation import (
 )
 from simbench.datasets.formats.readers.boxes import box_around
 from simbench.datasets.formats.readers.indexed_png import object_numbers
-from simbench.datasets.formats.readers.pictures import (
+from simbench.datasets.formats.readers.picture_list import (
     has_pictures,
     numbered_pictures,
 )

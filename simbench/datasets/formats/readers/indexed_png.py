@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import DatasetError
-from simbench.datasets.frames import decoded_as_stored, is_complete_picture
+from simbench.datasets.frames import decoded_as_stored
+from simbench.datasets.picture_header import is_complete_picture
 
 __all__ = ["object_numbers"]
 

@@ -19,12 +19,14 @@ from simbench.datasets.formats.readers.annotation import (
     Place,
     ReadOptions,
 )
+from simbench.datasets.formats.readers.picture_list import (
+    has_pictures,
+    numbered_pictures,
+)
 from simbench.datasets.formats.readers.pictures import (
     VIDEO_SUFFIXES,
     Pictures,
     count_frames,
-    has_pictures,
-    numbered_pictures,
     video_facts,
 )
 

@@ -29,7 +29,7 @@ from simbench.datasets.formats.readers.annotation import (
     ReadOptions,
 )
 from simbench.datasets.formats.readers.boxes import valid_boxes
-from simbench.datasets.formats.readers.pictures import numbered_pictures
+from simbench.datasets.formats.readers.picture_list import numbered_pictures
 from simbench.datasets.formats.readers.text import (
     NumberRows,
     ini_section,

@@ -33,7 +33,7 @@ from simbench.datasets.formats.readers.boxes import (
     require_count,
     valid_boxes,
 )
-from simbench.datasets.formats.readers.pictures import numbered_pictures
+from simbench.datasets.formats.readers.picture_list import numbered_pictures
 from simbench.datasets.formats.readers.text import (
     NumberRows,
     number_rows,

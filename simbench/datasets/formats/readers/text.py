@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import configparser
-import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -162,11 +161,6 @@ def ini_section(root: Path, relative: str, section: str) -> Mapping[str, str]:
         raise DatasetError(
             f"{root / relative}: expected the section [{section}] of an INI file"
         ) from None
-
-
-def is_count(value: float) -> bool:
-    """Whether a number is whole and at least 0."""
-    return math.isfinite(value) and value >= 0 and value == int(value)
 
 
 def _shown(line: str) -> str:

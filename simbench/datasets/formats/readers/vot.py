@@ -31,7 +31,7 @@ from simbench.datasets.formats.readers.annotation import (
     ReadOptions,
 )
 from simbench.datasets.formats.readers.boxes import region_box, require_count
-from simbench.datasets.formats.readers.pictures import (
+from simbench.datasets.formats.readers.picture_list import (
     has_pictures,
     numbered_pictures,
 )
@@ -50,7 +50,6 @@ _NAMES: Final = {
     "motion": "motion_change",
 }
 """Attributes of VOT that have another name here."""
-_NO_ATTRIBUTES: Final = {"absence", "cut_by_image", "cover"}
 
 
 class VotReader:

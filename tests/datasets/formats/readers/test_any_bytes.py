@@ -20,9 +20,8 @@ from simbench.datasets.formats.readers.indexed_png import object_numbers
 from simbench.datasets.frames import (
     decoded_picture,
     encoded_png,
-    is_complete_picture,
-    picture_size,
 )
+from simbench.datasets.picture_header import is_complete_picture, picture_size
 from simbench.datasets.read_clip import clip_digest, read_place
 from tests.datasets.formats.readers.written import (
     BOXES,
