@@ -88,7 +88,7 @@ class Clip:
         return self.full_name + ("" if self.seed is None else f", seed {self.seed}")
 
     def load(self) -> tuple[Sequence, Pictures]:
-        """Read the clip, and compare it with what it was.
+        """Read the clip, and compare it with what it was when it was found.
 
         Raises
         ------
@@ -99,7 +99,9 @@ class Clip:
         digest = clip_digest(self.place, self.options, read)
         if digest != self.digest:
             where = self.place.root / self.place.folder
-            raise DatasetError(f"{where}: has changed since the run began")
+            raise DatasetError(
+                f"{where}: its files, or how they are read, have changed since then"
+            )
         return with_attributes(sequence, self.digest), read.pictures
 
     def facts(self) -> dict[str, Any]:

@@ -59,12 +59,12 @@ class RunResult:
 
     @property
     def failures(self) -> list[str]:
-        """One line for each run that failed.
+        """One line for each run that failed, and for each clip that was skipped.
 
         In a sweep, a value that cannot be reached is a result and no failure, as long
         as another value can be reached.
         """
-        return [self._failure(run) for run in self._failed_runs()]
+        return list(dict.fromkeys(map(self._failure, self._failed_runs())))
 
     @property
     def outputs_of_failures(self) -> list[Path]:
@@ -80,12 +80,13 @@ class RunResult:
         return list(self.scores.runs[is_failed].itertuples())
 
     def _failure(self, run: Any) -> str:
+        if run.status == "skipped":
+            return f"{run.scenario} was skipped: {run.reason}"
         output = self._output(run)
         where = f" (see {output})" if output.exists() else ""
         name = _scenario_of(run)
         seed = "" if pd.isna(run.seed) else f", seed {run.seed}"
-        doing = "skipped for " if run.status == "skipped" else ""
-        return f"{doing}{run.tracker} on {name}{seed}: {run.reason}{where}"
+        return f"{run.tracker} on {name}{seed}: {run.reason}{where}"
 
     def _output(self, run: Any) -> Path:
         seed = None if pd.isna(run.seed) else int(run.seed)

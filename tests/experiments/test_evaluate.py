@@ -189,15 +189,18 @@ def test_skipped_clips_have_rows_and_the_status_says_it(
 ) -> None:
     (data / "one" / "img" / "0002.jpg").unlink()
     out = tmp_path / "run"
-    result = run(request([data], "still", skip_broken=True), out)
+    both = "still", "walk=tests.runtime.misbehaving:Walk"
+    result = run(request([data], *both, skip_broken=True), out)
     runs = result.scores.runs
-    assert runs["status"].tolist() == ["skipped", "ok"]
+    assert runs["status"].tolist() == ["skipped"] * 2 + ["ok"] * 2
+    assert runs["frames_absent"].isna().tolist() == [True] * 2 + [False] * 2
     assert np.isnan(runs["success_auc"][0])
     assert "0002.jpg: missing" in runs["reason"][0]
-    assert len(result.failures) == 1
+    (line,) = result.failures  # not one a tracker
+    assert line.startswith("one was skipped: ")
     write_otb(data / "one")  # mended
-    mended = run(request([data], "still"), out).scores.runs
-    assert mended["status"].tolist() == ["ok", "ok"]
+    mended = run(request([data], *both), out).scores.runs
+    assert mended["status"].tolist() == ["ok"] * 4
 
 
 def test_a_clip_damaged_inside_fails_its_own_rows(data: Path, tmp_path: Path) -> None:
