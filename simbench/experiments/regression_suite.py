@@ -92,7 +92,13 @@ class Suite:
             If the file cannot be read, or does not describe a suite.
         """
         content = read_yaml(path)
-        if isinstance(seeds := content.get("seeds"), str):
+        seeds = content.get("seeds")
+        if isinstance(seeds, int):  # YAML reads 3:5 as 3 minutes and 5 seconds
+            raise DatasetError(
+                f'{path}: seeds: expected a list, or text in quotes such as "0:3", '
+                f"got the number {seeds}"
+            )
+        if isinstance(seeds, str):
             content["seeds"] = list(parse_seeds(seeds))
         if isinstance(scenarios := content.get("scenarios"), list):
             content["scenarios"] = [
