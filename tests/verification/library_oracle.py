@@ -108,7 +108,7 @@ def report(results: list[OracleResult], seconds: float) -> str:
         "Equal ids: of the samples away from edges (no neighbour's ray hits another",
         "object), at least 99.9 %; and of those at edges, without a bound. Levels of",
         "detail: samples that differ at vehicles so small in the picture that they are",
-        "drawn with few triangles, at most .05 %; they are not in the other columns.",
+        "drawn with few triangles, at most .05 %; they do not count in equal ids.",
         "Depth: median of the difference on smooth surfaces, and samples within 1 mm",
         "and 0.1 % of the depth, at least 99.9 %. Hidden: the largest share of the",
         "target that the truth calls hidden; apart: the largest difference from the",
