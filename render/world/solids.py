@@ -47,7 +47,8 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> NDArray[np.float64]:
         triangles = np.stack([np.stack(p, 1) for p in parts], 1).reshape(-1, 3, 3)
         lengths = np.linalg.norm(triangles, axis=-1, keepdims=True)
         triangles = triangles / lengths
-    return radius * triangles
+    scaled: NDArray[np.float64] = radius * triangles
+    return scaled
 
 
 def weld(
@@ -116,7 +117,8 @@ def _cap(ring: NDArray[np.float64]) -> NDArray[np.float64]:
     along = along / np.linalg.norm(along)
     across = np.cross(normal, along)
     frame = np.stack([along, across, normal])
-    return triangulate(ring @ frame.T) @ frame
+    flat: NDArray[np.float64] = triangulate(ring @ frame.T)
+    return flat @ frame
 
 
 def simplified(mesh: Mesh, triangles: int) -> Mesh:
@@ -275,13 +277,13 @@ def _contract(points, faces, quadrics, target):  # type: ignore[no-untyped-def]
     left = len(faces)
     while left > target:
         spot = np.argmin(costs)
-        face, k = spot // 3, spot % 3
-        if costs[face, k] == np.inf:
+        face, side = spot // 3, spot % 3
+        if costs[face, side] == np.inf:
             break
-        a, b = faces[face, k], faces[face, (k + 1) % 3]
+        a, b = faces[face, side], faces[face, (side + 1) % 3]
         place, _ = _merged(points, quadrics, a, b)
         if not _is_valid(points, faces, alive, a, b, place):
-            costs[face, k] = np.inf  # until a neighbour changes
+            costs[face, side] = np.inf  # until a neighbour changes
             continue
         points[a] = place
         quadrics[a] += quadrics[b]

@@ -42,7 +42,7 @@ def with_lane_changes(scenario: Scenario, seed: int, attempt: int) -> Scenario:
         if changes is None or scenario.carriageway.lanes < 2:
             return vehicle
         rng = generator(scenario, seed, "lane_changes", attempt, number)
-        moves = _moves(scenario, changes, vehicle.lane, rng)
+        moves: list[Manoeuvre] = _moves(scenario, changes, vehicle.lane, rng)
         return vehicle.model_copy(update={"manoeuvres": (*vehicle.manoeuvres, *moves)})
 
     strangers = tuple(drawn(v, n) for n, v in enumerate(scenario.strangers, start=1))

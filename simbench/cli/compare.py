@@ -62,7 +62,7 @@ def compare(
     notices = []
     if len(tables) == 2:
         notices = _differing_films(*tables)
-        found = compare_runs(*tables, measure, practical=practical)
+        found = compare_runs(tables[0], tables[1], measure, practical=practical)
         problem = "no tracker of the same label on the same scenario and seed in both"
     else:
         found = compare_trackers(tables[0], measure, practical=practical)

@@ -148,8 +148,10 @@ def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
     is_best = row["tracker"] in contest.best
     number = _number(row[f"{measure}.mean"], SCORE_COLUMNS[measure][1])
     cell = Text(number + ("=" if contest.is_flat else ""), "bold" if is_best else "")
-    parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
-    interval = describe_interval(*parts, decimals=2) if is_share(measure) else ""
+    low, high, least, most = (
+        row[f"{measure}.{part}"] for part in ("low", "high", "min", "max")
+    )
+    interval = describe_interval(low, high, least, most, 2) if is_share(measure) else ""
     if interval:
         cell.append("\n" + interval.replace(", ", "\n", interval.count("small")), "dim")
     return cell

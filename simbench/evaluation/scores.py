@@ -405,7 +405,7 @@ def _column(value: Any, kind: str | None) -> Any:
     """Return a value as a column of its own; arrays of numpy are made faster."""
     if kind is None or kind in ("float64", "int64"):
         return np.array([value], dtype=kind)
-    return pd.array([value], dtype=kind)
+    return pd.Series([value], dtype=kind)
 
 
 def _run_order(columns: Iterable[str]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -73,6 +73,7 @@ def new_values(swept: SweepScores, coarse: Axis, rounds: int) -> tuple[float, ..
     """
     dial = coarse.dial
     found = set()
+    row: Any
     for row in swept.breaking[swept.breaking["state"] == "within"].itertuples():
         points = swept.points[swept.points["tracker"] == row.tracker]
         points = points[points[f"achieved.{dial}"].notna()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -153,8 +153,8 @@ def _films(tasks: Iterable[SequenceTask]) -> dict[tuple[str, str, int], Path]:
     for task in tasks:
         if is_finished(task.sequence):
             mark_used(task.sequence)
-            scenario = task.scenario
-            films[scenario.name, scenario.variant, task.seed] = task.sequence
+            source, seed = task.source, task.seed or 0
+            films[source.name, source.variant, seed] = task.sequence
     return films
 
 
@@ -170,6 +170,7 @@ def _worst_run(
         for seed, areas in zip(row.seeds, row.values["success_auc"], strict=True)
     }
     worst, least = None, np.inf
+    run: Any
     for run in runs[runs["tracker"] == tracker].itertuples():
         key = (str(run.scenario), str(run.variant), int(run.seed))
         if key not in result.films or (scenario and run.scenario != scenario):

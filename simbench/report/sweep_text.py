@@ -105,9 +105,11 @@ def notes(swept: SweepScores) -> list[str]:
 
 
 def _mean_and_interval(row: Any, measure: str) -> str:
-    parts = (row[f"{measure}.{part}"] for part in ("low", "high", "min", "max"))
+    low, high, least, most = (
+        row[f"{measure}.{part}"] for part in ("low", "high", "min", "max")
+    )
     mean = _number(row[f"{measure}.mean"], ".2f")
-    return f"{mean} {describe_interval(*parts, decimals=2)}".rstrip()
+    return f"{mean} {describe_interval(low, high, least, most, 2)}".rstrip()
 
 
 def _dial_cell(row: Any, dial: str) -> str:

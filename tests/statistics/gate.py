@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +98,8 @@ def _rows(
 ) -> Iterator[RowPair]:
     count = DEFAULT_SUITE.repetitions[tracker]
     for scenario in DEFAULT_SUITE.scenarios:
-        before, after = [], []
+        before: list[Any] = []
+        after: list[Any] = []
         for seed in DEFAULT_SUITE.seeds:
             for label, into in ((tracker, before), (now, after)):
                 pool = draws[label, scenario.name, seed]
