@@ -117,8 +117,8 @@ def _cap(ring: NDArray[np.float64]) -> NDArray[np.float64]:
     along = along / np.linalg.norm(along)
     across = np.cross(normal, along)
     frame = np.stack([along, across, normal])
-    flat: NDArray[np.float64] = triangulate(ring @ frame.T)
-    return flat @ frame
+    in_space: NDArray[np.float64] = triangulate(ring @ frame.T) @ frame
+    return in_space
 
 
 def simplified(mesh: Mesh, triangles: int) -> Mesh:
