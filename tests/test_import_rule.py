@@ -47,6 +47,7 @@ ONLY_THERE = {
         "simbench.render.gl.offscreen",
         "simbench.render.gl.scene_renderer",
         "simbench.render.gl.shader_programs",
+        "simbench.render.gl.shadow_maps",
         "simbench.render.gl.textures",
     },
 }
