@@ -276,7 +276,7 @@ def _contract(points, faces, quadrics, target):  # type: ignore[no-untyped-def]
             costs[face, k] = _merged(points, quadrics, a, b)[1]
     left = len(faces)
     while left > target:
-        spot = np.argmin(costs)
+        spot = int(np.argmin(costs))
         face, side = spot // 3, spot % 3
         if costs[face, side] == np.inf:
             break
