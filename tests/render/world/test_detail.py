@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from simbench.render.world.scene import build_scene, vehicle_poses
 from simbench.scenarios.files.loading import load_scenario
 from simbench.scenarios.stage import Stage, build_stage
 
+# frozen: its figures are of this film
+_FILM = Path(__file__).parents[2] / "bench" / "films" / "free-flow.yaml"
 _EYE = Camera.look_at((0, 0, 1), (10, 0, 1), fov_rad=0.5, width=400, height=300)
 
 
@@ -53,7 +56,7 @@ def test_absent_vehicles_keep_their_levels() -> None:
 
 @pytest.fixture(scope="module")
 def stage() -> Stage:
-    return build_stage(load_scenario("free-flow"), 0)
+    return build_stage(load_scenario(_FILM), 0)
 
 
 def _film_ids(stage: Stage, small_px: float) -> NDArray[np.uint16]:
