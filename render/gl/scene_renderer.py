@@ -27,7 +27,6 @@ from simbench.render.gl.batches import (
     may_be_visible,
 )
 from simbench.render.gl.framebuffers import Framebuffers
-from simbench.render.gl.ground_height import GroundHeight
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
@@ -36,8 +35,9 @@ from simbench.render.gl.shadow_fit import (
     fit_shadow_maps,
 )
 from simbench.render.gl.shadow_maps import ShadowMaps
-from simbench.render.gl.still_view import StillView, shadow_ends
+from simbench.render.gl.still_view import StillView
 from simbench.render.gl.textures import grain_texture
+from simbench.render.gl.vehicle_bounds import VehicleBounds
 from simbench.render.gl.windows import Window
 from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh
@@ -81,7 +81,6 @@ class SceneRenderer:
         self._grain = grain_texture()
         self._lighting = Lighting(scene)
         self._shadows = ShadowMaps() if scene.light.shadows else None
-        self._ground_height = GroundHeight(scene.ground)
         defines = self._lighting.defines
         if self._shadows is not None:
             defines = *defines, "SHADOWS"
@@ -101,15 +100,8 @@ class SceneRenderer:
             for mesh, count in zip(meshes, 2 * counts, strict=True)
         ]
         self._levels = DetailLevels(scene.heights)
-        reach = [np.linalg.norm(mesh.positions, axis=1).max() for mesh in scene.bodies]
-        self._reach = np.array(reach, dtype=np.float64)[scene.body_of]
-        ends = [
-            (m.positions.min(axis=0), m.positions.max(axis=0)) for m in scene.bodies
-        ]
-        picks = np.indices((2, 2, 2)).reshape(3, 8).T  # the corners of a box
-        self._corners = np.asarray(ends, np.float64)[:, picks, np.arange(3)]
-        self._still = StillView(self._buffers.shape, samples)
-        self._tops = self._corners[..., 2].max(axis=1)[scene.body_of]
+        self._bounds = VehicleBounds(scene)
+        self._still = StillView(samples)
         self._sky = GL.glGenVertexArrays(1)
 
     def __enter__(self) -> SceneRenderer:
@@ -193,9 +185,11 @@ class SceneRenderer:
         offscreen.make_current()
         self._levels.update(camera, poses, present)
         clip = clip_matrix(camera)
-        ground_m = self._ground_height.at(camera.position)
+        ground_m = self._bounds.ground_m(camera)
         fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
-        windows, casts = self._seen(camera, clip, fit, poses, present)
+        windows, casts = self._bounds.windows_and_casters(
+            camera, clip, self._whole[2:], fit, poses, present
+        )
         changed = None
         if not self._lighting.moves:
             view = clip.tobytes() + np.float64(gain).tobytes()
@@ -280,9 +274,7 @@ class SceneRenderer:
         which: NDArray[np.int64],
     ) -> Window:
         """Return a window with all samples that vehicles may cover."""
-        corners = self._corners[self._scene.body_of[which]]
-        placed = corners @ poses[which, :3, :3].transpose(0, 2, 1)
-        placed += poses[which, None, :3, 3]
+        placed = self._bounds.corners(poses, which)
         height, width = self._buffers.shape
         return covering_window(clip, placed.reshape(-1, 3), width, height)
 
@@ -296,41 +288,11 @@ class SceneRenderer:
         tagged = poses.astype(np.float32)
         tagged[:, 3, :3] = self._scene.paints
         tagged[:, 3, 3] = self._scene.ids
-        centre, reach = poses[:, :3, 3], self._reach[:, None]
+        centre, reach = poses[:, :3, 3], self._bounds.reach[:, None]
         visible = present & may_be_visible(clip, centre - reach, centre + reach)
         mesh_of = self._mesh_of
         for number, instances in enumerate(self._bodies):
             instances.place(tagged[(mesh_of == number) & visible])
-
-    def _seen(
-        self,
-        camera: Camera,
-        clip: NDArray[np.float64],
-        fit: ShadowFit,
-        poses: NDArray[np.float64],
-        present: NDArray[np.bool_],
-    ) -> tuple[NDArray[np.int64], list[NDArray[np.bool_]]]:
-        """Return the vehicles' windows, and which cast shadows in each map.
-
-        The windows, (V, 4), hold all samples that vehicles and their shadows change;
-        those that change none cast no shadow.
-        """
-        casts = self._casts(fit, camera, poses, present)
-        coarse, fine = fit.texels_m[-1], fit.texels_m[0]
-        room = 3.0 * np.where(casts[-1], coarse, fine) + 0.02  # for soft edges
-        sides = np.sign(np.indices((2, 2, 2)).reshape(3, 8).T - 0.5)
-        points = self._corners[self._scene.body_of] + room[:, None, None] * sides
-        points = points @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
-        points, to_sun = points[present], self._scene.light.to_sun
-        if self._shadows is not None:
-            reach, slope = (self._reach + room)[present], to_sun[2] / _flat(to_sun)
-            middles = poses[present, :3, 3]
-            lowest = self._ground_height.below_shadows(middles, reach, slope)
-            ends = shadow_ends(points, to_sun, lowest)
-            points = np.concatenate([points, ends], axis=1)
-        windows = np.zeros((len(poses), 4), np.int64)
-        windows[present] = self._still.windows(clip, points)
-        return windows, [each & (windows[:, 2] > 0) for each in casts]
 
     def _draw_shadows(
         self,
@@ -352,26 +314,10 @@ class SceneRenderer:
             for instances in self._bodies:
                 instances.draw()
 
-        spheres = np.column_stack([poses[:, :3, 3], self._reach])
+        spheres = np.column_stack([poses[:, :3, 3], self._bounds.reach])
         chosen = [spheres[each] for each in casts]
         self._shadows.update(fit, chosen, draw_static, draw_vehicles)
         self._shadows.bind(0)
-
-    def _casts(
-        self,
-        fit: ShadowFit,
-        camera: Camera,
-        poses: NDArray[np.float64],
-        present: NDArray[np.bool_],
-    ) -> list[NDArray[np.bool_]]:
-        """Return which vehicles may cast shadows into the distances of each map."""
-        away = np.linalg.norm(poses[:, :3, 3] - camera.position, axis=1)
-        to_sun = self._scene.light.to_sun
-        reach = self._reach + 1.5 * self._tops * _flat(to_sun) / to_sun[2]
-        if not fit.near_m:
-            return [present]
-        is_near = away - reach < fit.near_m
-        return [present & is_near, present & (away + reach > fit.near_m)]
 
     def _draw_scene(
         self,
@@ -414,11 +360,6 @@ class SceneRenderer:
             self._programs[part].use(uniforms)
             for index in self._buffers.inside(parts):
                 mesh.draw(narrow[index])
-
-
-def _flat(vector: NDArray[np.float64]) -> float:
-    """Return the length of the horizontal part of a vector."""
-    return float(np.hypot(vector[0], vector[1]))
 
 
 def _require_no_error() -> None:

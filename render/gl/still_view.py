@@ -29,25 +29,17 @@ class StillView:
 
     Parameters
     ----------
-    shape : (int, int)
-        Rows and columns of samples.
     step : int
         Samples a pixel along each axis: parts consist of whole pixels.
     """
 
-    def __init__(self, shape: tuple[int, int], step: int) -> None:
-        self._size, self._step = (shape[1], shape[0]), step
+    def __init__(self, step: int) -> None:
+        self._step = step
         self._last: _Frame | None = None
 
     def forget(self) -> None:
         """Take all of the next picture as changed."""
         self._last = None
-
-    def windows(
-        self, clip: NDArray[np.float64], points: NDArray[np.float64]
-    ) -> NDArray[np.int64]:
-        """Return windows around hulls of points, see `windows_around`."""
-        return windows_around(clip, points, *self._size)
 
     def changed(
         self,

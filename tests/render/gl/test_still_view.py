@@ -84,16 +84,20 @@ def test_a_part_of_the_picture_fills_its_own_clip_space() -> None:
 
 class TestChanges:
     def _parts(
-        self, still: StillView, *middles: list[float], view: bytes = b""
+        self,
+        still: StillView,
+        *middles: list[float],
+        view: bytes = b"",
+        size: tuple[int, int] = (320, 240),
     ) -> list[Any] | None:
         points = np.stack([_box(*middle, half=0.2) for middle in middles])
         poses = np.tile(np.eye(4), (len(middles), 1, 1))
         poses[:, :3, 3] = middles
-        windows = still.windows(_CLIP, points)
+        windows = windows_around(_CLIP, points, *size)
         return still.changed(view, windows, poses, np.ones(len(middles), np.bool_))
 
     def test_all_is_drawn_at_first_and_in_another_view(self) -> None:
-        still = StillView((240, 320), 2)
+        still = StillView(2)
         assert self._parts(still, [0, 0, 10]) is None
         assert self._parts(still, [0, 0, 10]) == []
         assert self._parts(still, [0, 0, 10], view=b"other") is None
@@ -101,7 +105,7 @@ class TestChanges:
         assert self._parts(still, [0, 0, 10], view=b"other") is None
 
     def test_the_part_holds_the_old_and_the_new_place_of_what_moved(self) -> None:
-        still = StillView((240, 320), 2)
+        still = StillView(2)
         self._parts(still, [-1, 0, 10], [3, 2, 10])
         parts = self._parts(still, [-0.5, 0, 10], [3, 2, 10])
         # From x = -1.2 to -0.3 m at 10 m, y = -0.2 to 0.2: 40 samples a metre.
@@ -112,9 +116,11 @@ class TestChanges:
         assert not any(side % 2 for side in parts[0])
 
     def test_parts_near_each_other_become_one_and_others_do_not(self) -> None:
-        still = StillView((480, 640), 4)
-        self._parts(still, [-3, -2, 10], [-2.9, -2, 10], [3, 2, 10])
-        parts = self._parts(still, [-3, -1.9, 10], [-2.9, -1.9, 10], [3, 1.9, 10])
+        still = StillView(2)
+        first = [-3.0, -2, 10], [-2.9, -2, 10], [3.0, 2, 10]
+        self._parts(still, *first, size=(640, 480))
+        second = [-3.0, -1.9, 10], [-2.9, -1.9, 10], [3.0, 1.9, 10]
+        parts = self._parts(still, *second, size=(640, 480))
         assert parts is not None and len(parts) == 2
 
 
