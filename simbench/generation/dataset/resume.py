@@ -90,9 +90,13 @@ def refuse_outdated(
         found = parse_json(content, first.name)
         of_request = {key: expected[key] for key in ("cameras", "filmed_by")}
         is_same = found.get("scenario", {}) | of_request == expected
+        cameras = 1 + len(found["scenario"].get("cameras", ()))
         how = f"by {_other_versions(found.get('summary', {}))}"
-    except (AttributeError, TypeError, SimbenchError):
+    except (AttributeError, KeyError, TypeError, SimbenchError):
         is_same = False
+    else:
+        if is_same and cameras != first.cameras:
+            how = f"with {cameras} camera{'s' * (cameras > 1)}, not {first.cameras}"
     if not is_same:
         how = "from another scenario or with other frames"
     raise DatasetError(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.core.errors import ScenarioError, SimbenchError
+from simbench.core.errors import DatasetError, ScenarioError, SimbenchError
 from simbench.datasets.native import read_sequence
 from simbench.datasets.store import FolderStore
 from simbench.generation import attempts
@@ -170,3 +170,11 @@ def test_a_sampled_list_of_cameras_is_refused() -> None:
     recipe = small_recipe(cameras={"choice": [[HIGHER], [HIGHER, ASIDE]]})
     with pytest.raises(SimbenchError, match="expected a list, got a sample of lists"):
         len(DatasetRequest((SeededRecipe(recipe, (0,)),)))
+
+
+def test_another_number_of_cameras_is_named_where_sequences_exist(
+    tmp_path: Path,
+) -> None:
+    _produce(tmp_path, HIGHER, count=1)
+    with pytest.raises(DatasetError, match="seen-0000 was made with 1 camera, not 2"):
+        _produce(tmp_path, HIGHER)
