@@ -129,8 +129,9 @@ class SceneRenderer:
         GL.glDeleteVertexArrays(1, [self._sky])
 
     def start_film(self) -> None:
-        """Begin another film of the scene: levels of detail start anew."""
+        """Begin another film of the scene, as if none had been rendered before."""
         self._levels = DetailLevels(self._scene.heights)
+        self.forget_last()
 
     @property
     def _mesh_of(self) -> NDArray[np.int64]:
