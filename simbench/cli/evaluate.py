@@ -14,16 +14,24 @@ from simbench.cli.arguments import (
     Jobs,
     Memory,
     Out,
+    ProtocolName,
     Repetitions,
     Replace,
+    RulesName,
     Timeout,
     Trackers,
     trackers_from,
 )
 from simbench.cli.display import progress_bar, score_table
 from simbench.cli.json_output import Json, run_facts, write_json
-from simbench.cli.names import LAYOUTS, complete_layout, require_name
-from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish
+from simbench.cli.names import (
+    LAYOUTS,
+    PROTOCOLS,
+    RULES,
+    complete_layout,
+    require_name,
+)
+from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish, print_protocol
 from simbench.core.errors import SimbenchError
 
 __all__ = ["evaluate"]
@@ -76,6 +84,8 @@ def evaluate(
     memory_mb: Memory = 4096,
     replace: Replace = False,
     cluster: Cluster = "",
+    rules: RulesName = "simbench",
+    protocol: ProtocolName = "ope",
     as_json: Json = False,
 ) -> None:
     """Run trackers on data sets, score and report; the same command resumes.
@@ -84,6 +94,8 @@ def evaluate(
     COCO and YouTube-VIS, told apart by their files. Results go to a run folder as
     those of 'simbench run', and may share one with them.
     """
+    require_name("--rules", rules, RULES)
+    require_name("--protocol", protocol, PROTOCOLS)
     if layout:
         require_name("--layout", layout, LAYOUTS)
     first_box = _box_from(box) if box else None
@@ -99,14 +111,24 @@ def evaluate(
         clips = find_clips(
             datasets, options, skip_broken=skip_broken, progress=progress
         )
-    request = Request((), specs, (), repetitions, timeout, memory_mb, clips=clips)
+    limits = timeout, memory_mb
+    request = Request(
+        (), specs, (), repetitions, *limits, clips=clips, protocol=protocol
+    )
     result = execute_request(
-        console, request, out, jobs=jobs, cluster=cluster, replace=replace
+        console,
+        request,
+        out,
+        jobs=jobs,
+        cluster=cluster,
+        replace=replace,
+        rules=rules,
     )
     if as_json:
         write_json("evaluate", run_facts(result))
         raise typer.Exit(1 if result.failures else 0)
     console.print(score_table(result.scores))
+    print_protocol(console, result.scores)
     finish(console, result)
 
 

@@ -147,7 +147,7 @@ def measured(
         "particles_mean": mean,
         "frames": len(frames),
         "frames_scored": len(scored),
-        "frames_absent": int(frames["absent"].sum()),
+        "frames_absent": _frames_absent(frames),
         "frames_lost": len(errors) - len(found),
         "seconds_init": float(seconds[0]) if seconds.size else np.nan,
         "seconds_p95": float(np.quantile(updates, 0.95)) if updates.size else np.nan,
@@ -161,3 +161,10 @@ def frame_times(sequence: Sequence) -> NDArray[np.float64]:
     if known is not None:
         return np.asarray(known, dtype=np.float64)
     return np.array([frame.time_s for frame in sequence.frames])
+
+
+def _frames_absent(frames: pd.DataFrame) -> Any:
+    """Return the number of absent frames, <NA> where that of a frame is unknown."""
+    absent = frames["absent"].to_numpy(np.bool_)
+    known = absent | frames["truth_left"].notna().to_numpy(np.bool_)
+    return int(absent.sum()) if known.all() else pd.NA

@@ -260,7 +260,6 @@ def score(track: Track, sequence: Sequence) -> Scores:
         "track_seed": str(track.seed),
         "digest": sequence.digest,
         "traffic_redraws": _if_generated(sequence, sequence.traffic_redraws),
-        "frames_absent": _frames_absent(frames),
         "rules": _DEFAULT_RULES.name,
         "protocol": "ope",
         "start_frame": 0,
@@ -374,13 +373,6 @@ def _without_frames(
 def _if_generated(sequence: Sequence, value: int) -> Any:
     """Return a fact of generated sequences, <NA> for recorded ones."""
     return pd.NA if sequence.seed is None else value
-
-
-def _frames_absent(frames: pd.DataFrame) -> Any:
-    """Return the number of absent frames, <NA> where that of a frame is unknown."""
-    absent = frames["absent"].to_numpy()
-    known = absent | frames["truth_left"].notna().to_numpy()
-    return int(absent.sum()) if known.all() else pd.NA
 
 
 def _keys(

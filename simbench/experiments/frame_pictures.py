@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import DatasetError, SimbenchError
 from simbench.core.sequence import Sequence
+from simbench.experiments.clips import Clip
 from simbench.experiments.rebuild_report import kept_sequence
 from simbench.experiments.request import path_safe
 from simbench.experiments.run_folder import RunFolder
@@ -59,18 +60,27 @@ def write_frame_pictures(
     scenarios = {
         (one.get("name"), one.get("variant")): one for one in facts.get("scenarios", ())
     }
+    clips = {
+        (one["name"], one["variant"], one["seed"]): one
+        for one in facts.get("clips", ())
+    }
     paths: list[Path] = []
     grouped = frames.groupby(["scenario", "variant", "seed"], sort=False, dropna=False)
     keys: Any  # pandas types them as hashable
     for keys, rows in grouped:
         name, variant, seed = keys
+        number = None if pd.isna(seed) else int(seed)
         described = scenarios.get((name, variant))
-        if described is None or pd.isna(seed):
+        clip = clips.get((name, variant, number))
+        if clip is not None:
+            sequence = _clip(folder, clip)
+        elif described is not None and number is not None:
+            sequence = _sequence(folder, described, number, progress)
+        else:
             raise DatasetError(
-                f"{run}: {name}: expected a scenario and seed to make pictures of, got "
-                "recorded data: --no-pictures lists the frames only"
+                f"{run}: {name}: expected a scenario and seed, or a clip, to make "
+                "pictures of: --no-pictures lists the frames only"
             )
-        sequence = _sequence(folder, described, int(seed), progress)
         for row in rows.to_dict("records"):
             path = out / _file_name(row)
             image = sequence.frames[int(row["frame"])].image
@@ -149,9 +159,20 @@ def _sequence(
     )
 
 
+def _clip(folder: RunFolder, described: dict[str, Any]) -> Sequence:
+    try:
+        clip = Clip.from_facts(described)
+    except (LookupError, TypeError, ValueError):
+        raise DatasetError(
+            f"{folder.path}/run.json: clips of another version"
+        ) from None
+    return clip.load()[0]
+
+
 def _file_name(row: dict[Any, Any]) -> str:
     place = "@".join(filter(None, (row["scenario"], row["variant"])))
-    names = f"{path_safe(place)}-{row['seed']:04d}-{path_safe(row['tracker'])}"
+    number = "recorded" if pd.isna(row["seed"]) else f"{row['seed']:04d}"
+    names = f"{path_safe(place)}-{number}-{path_safe(row['tracker'])}"
     return f"{names}-{row['repetition']}-{row['frame']:06d}.png"
 
 

@@ -133,6 +133,8 @@ def evaluate(
     cluster: str = "",
     timeout_s: float = 300.0,
     memory_mb: int = 4096,
+    rules: str = "simbench",
+    protocol: str = "ope",
     progress: Progress | None = None,
 ) -> Scores:
     """Run trackers on sequences that exist, recorded or generated, and score them.
@@ -145,7 +147,7 @@ def evaluate(
         Sequences, or folders of sequences, in any layout that `simbench.read_sequence`
         reads.
     trackers, repetitions, out, jobs, cluster, timeout_s, memory_mb, progress
-        See `run`.
+        See `run`, also for ``rules`` and ``protocol``.
     layout, origin, box, target
         See `simbench.read_sequence`.
     skip_broken : bool
@@ -177,11 +179,13 @@ def evaluate(
     clips = find_clips(
         map(Path, listed), options, skip_broken=skip_broken, progress=progress
     )
+    limits = timeout_s, memory_mb
     result = _run(
-        Request((), specs, (), repetitions, timeout_s, memory_mb, clips=clips),
+        Request((), specs, (), repetitions, *limits, clips=clips, protocol=protocol),
         out,
         jobs=core_count() if jobs is None else jobs,
         cluster=cluster,
+        rules=rules,
         progress=progress,
     )
     return result.scores

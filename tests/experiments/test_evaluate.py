@@ -19,6 +19,7 @@ from simbench.core.errors import DatasetError
 from simbench.datasets.formats.readers.annotation import ReadOptions
 from simbench.evaluation.scores import Scores
 from simbench.experiments.clips import BrokenClipsError, find_clips
+from simbench.experiments.frame_pictures import write_frame_pictures
 from simbench.experiments.rebuild_report import rebuild_report
 from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult, run_experiment
@@ -143,6 +144,26 @@ def test_trackers_of_a_video_run_in_processes_of_their_own(tmp_path: Path) -> No
     assert "drive" in (tmp_path / "run" / "report.html").read_text()
 
 
+def test_frames_of_a_clip_become_pictures(data: Path, tmp_path: Path) -> None:
+    run(request([data / "one"], "still"), tmp_path / "run")
+    frames = Scores.read(tmp_path / "run").frames
+    lowest = frames[frames["overlap"] < 0.2]
+    (path,) = write_frame_pictures(
+        tmp_path / "run", lowest, tmp_path / "shots", lambda done, of, doing: None
+    )
+    assert path.name == "one-recorded-still-0-000003.png"
+    assert path.is_file()
+
+
+def test_rules_and_protocols_of_toolkits_hold_for_clips(data: Path) -> None:
+    ours = simbench.evaluate(data / "one", "still", jobs=0).runs
+    otb = simbench.evaluate(data / "one", "still", jobs=0, rules="otb").runs
+    assert otb["success_50"][0] == 0.5  # frame 0 counts
+    assert ours["success_50"][0] == pytest.approx(1 / 3)
+    restarted = simbench.evaluate(data / "one", "still", jobs=0, protocol="restart")
+    assert set(restarted.runs["status"]) == {"ok"}
+
+
 def test_a_repeated_command_computes_nothing_again(data: Path, tmp_path: Path) -> None:
     first = run(request([data], "still"), tmp_path / "run")
     changed = first.report.stat().st_mtime_ns
@@ -254,7 +275,7 @@ def test_a_generated_data_set_keeps_scenario_and_seed(tmp_path: Path) -> None:
     assert found.runs["seed"].tolist() == [3, 4]
     mine = found.frames[found.frames["seed"] == 3]
     assert mine["overlap"].tolist() == run_there.frames["overlap"].tolist()
-    same = ["visible_fraction", "occluder", "confidence"]
+    same = ["visible_fraction", "occluder"]
     assert mine[same].to_numpy().tolist() == run_there.frames[same].to_numpy().tolist()
 
 
