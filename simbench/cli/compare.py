@@ -61,7 +61,7 @@ def compare(
     tables = [_scores(path, measure) for path in runs]
     notices = []
     if len(tables) == 2:
-        notices = _differing_films(*tables)
+        notices = _differing_films(tables[0], tables[1])
         found = compare_runs(tables[0], tables[1], measure, practical=practical)
         problem = "no tracker of the same label on the same scenario and seed in both"
     else:

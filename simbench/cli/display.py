@@ -151,7 +151,9 @@ def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
     low, high, least, most = (
         row[f"{measure}.{part}"] for part in ("low", "high", "min", "max")
     )
-    interval = describe_interval(low, high, least, most, 2) if is_share(measure) else ""
+    interval = ""
+    if is_share(measure):
+        interval = describe_interval(low, high, least, most, 2)
     if interval:
         cell.append("\n" + interval.replace(", ", "\n", interval.count("small")), "dim")
     return cell

@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,8 +98,8 @@ def _rows(
 ) -> Iterator[RowPair]:
     count = DEFAULT_SUITE.repetitions[tracker]
     for scenario in DEFAULT_SUITE.scenarios:
-        before: list[Any] = []
-        after: list[Any] = []
+        before: list[Floats] = []
+        after: list[Floats] = []
         for seed in DEFAULT_SUITE.seeds:
             for label, into in ((tracker, before), (now, after)):
                 pool = draws[label, scenario.name, seed]
