@@ -30,9 +30,10 @@ def test_readme_names_every_library_scenario_and_tracker() -> None:
 @pytest.mark.sumo
 def test_the_scenario_that_readme_shows_can_be_filmed_with_the_dials_it_shows() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    story, dials = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    story, dials, cameras = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     told = Scenario.model_validate(yaml.safe_load(story))
     assert len(simbench.generate(told.shortened(2), 0)) == 2
+    Scenario.model_validate(yaml.safe_load(story) | yaml.safe_load(cameras))
     small = {"width_px": 240, "height_px": 160, "samples": 1}
     asked = yaml.safe_load(story) | yaml.safe_load(dials) | {"imaging": small}
     asked["dials"]["target_px"] /= 2  # as the picture is half as large
