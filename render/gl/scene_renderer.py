@@ -213,7 +213,8 @@ class SceneRenderer:
     ) -> NDArray[np.uint16]:
         """Return the ids of a frame, (S H, S W), without its image.
 
-        They are those of `render` with the same camera, poses and vehicles present.
+        They are those of `render` with the same camera, poses and vehicles present, at
+        the levels of detail of the last frame rendered; before the first, the highest.
         """
         offscreen.make_current()
         clip = clip_matrix(camera)

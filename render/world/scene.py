@@ -157,7 +157,8 @@ def _static_key(stage: Stage, eyes: NDArray[np.float64]) -> str:
     scenario = stage.scenario
     views = scenario.camera, *scenario.cameras
     parts: list[object] = [scenario.road, scenario.surroundings, scenario.seeds]
-    parts += [stage.seed, [view.motion for view in views]]
+    parts += [stage.seed, stage.trajectories.traffic_redraws]
+    parts += [[view.motion for view in views]]
     parts += [path[0].rotation.tolist() for path in stage.all_paths]
     digest = hashlib.sha256(repr(parts).encode())
     digest.update(np.ascontiguousarray(eyes).data)

@@ -53,7 +53,10 @@ def test_limit_says_how_many_there_are(
     ("where", "message"),
     [
         ("overlp < .2", "did you mean 'overlap'?"),
-        ("overlap < .2", "expected a scenario and seed to make pictures of"),
+        (
+            "overlap < .2",
+            "expected a scenario and seed, or a clip, to make pictures of",
+        ),
     ],
 )
 def test_mistakes_are_one_line(

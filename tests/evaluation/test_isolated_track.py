@@ -85,7 +85,7 @@ def left_behind() -> list[str]:
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
-            command = (process / "cmdline").read_text()
+            command = (process / "cmdline").read_text(errors="replace")
         except OSError:
             continue
         if "time.sleep(3600)" in command or "time.sleep(99)" in command:

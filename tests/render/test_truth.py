@@ -152,6 +152,7 @@ class TestRendered:
         camera, ids = stage.cameras[0], rendered.frames[0].ids
         hidden = 0
         with SceneRenderer(scene, camera.width, camera.height, 2) as renderer:
+            renderer.render(camera, poses, present, 0)  # sets the levels of detail
             for column, identity in enumerate(vehicles.ids.tolist()):
                 found = vehicles.visible_fraction[0, column]
                 if not present[identity - scene.ids[0]]:
@@ -179,6 +180,7 @@ class TestRendered:
         crossing[0] = np.eye(4)
         crossing[0, :3, 3] = camera.position - [0.0, 0.0, 1.0]
         with SceneRenderer(scene, camera.width, camera.height, 2) as renderer:
+            renderer.render(camera, poses, present, 0)  # sets the levels of detail
             for index in np.flatnonzero(present):
                 for places in (poses, crossing):
                     which = np.array([index])

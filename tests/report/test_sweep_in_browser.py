@@ -47,11 +47,12 @@ def lines(page: Page, plot: str) -> int:
 
 
 def test_every_figure_is_drawn_with_its_lines(page: Page) -> None:
-    # a band and a line each; frail's fitted curve and the line of its breaking point
-    assert lines(page, "success") == 6
-    assert lines(page, "precision") == 4
-    assert lines(page, "area") == 4
-    assert lines(page, "particles") == 4
+    # a line each (three seeds are too few for bands of their means); frail's fitted
+    # curve and the line of its breaking point
+    assert lines(page, "success") == 4
+    assert lines(page, "precision") == 2
+    assert lines(page, "area") == 2
+    assert lines(page, "particles") == 2
     assert lines(page, "error") == 3
 
 
@@ -74,12 +75,12 @@ def test_pictures_can_be_scrolled_to(page: Page) -> None:
 def test_hidden_tracker_is_removed_with_its_breaking_point(page: Page) -> None:
     page.get_by_label("frail").uncheck()
     page.wait_for_function(
-        "document.querySelectorAll('[data-plot=success] .js-line').length === 2"
+        "document.querySelectorAll('[data-plot=success] .js-line').length === 1"
     )
     assert page.locator("[data-plot=success] path.point[d*='L']").count() == 0
     page.get_by_label("frail").check()
     page.wait_for_function(
-        "document.querySelectorAll('[data-plot=success] .js-line').length === 6"
+        "document.querySelectorAll('[data-plot=success] .js-line').length === 4"
     )
 
 

@@ -124,15 +124,15 @@ def make_sequences(
         One line that says why it was not made.
     """
     cv2.setNumThreads(1)
-    with scratch_folder("made-") as scratch:
-        try:
+    try:
+        with scratch_folder("made-") as scratch:
             found = _generate(jobs, Path(scratch), report)
-        except (SimbenchError, OSError) as error:
-            return [_failure(error)] * len(jobs)
-        return [
-            _hand_over(job, Path(scratch), one)
-            for job, one in zip(jobs, found, strict=True)
-        ]
+            return [
+                _hand_over(job, Path(scratch), one)
+                for job, one in zip(jobs, found, strict=True)
+            ]
+    except (SimbenchError, OSError) as error:
+        return [_failure(error)] * len(jobs)
 
 
 def make_sequence(job: SequenceJob, report: ReportProgress) -> tuple[Result, str]:
