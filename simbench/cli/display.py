@@ -106,7 +106,6 @@ def score_table(scores: Scores) -> Table:
     """
     from simbench.evaluation.comparison import contest, instance_table
     from simbench.evaluation.intervals import LEAST_COUNT
-    from simbench.evaluation.paired import LEAST_PAIRS
     from simbench.evaluation.statistics import summary
 
     caption = (
@@ -114,8 +113,8 @@ def score_table(scores: Scores) -> Table:
         "success curve, error in px at the centre, particles per frame, frames/s\n"
         f"below: 95 % interval of the mean, or with fewer than {LEAST_COUNT} seeds "
         '"n too small" and the range\n'
-        f"bold: no other is shown to be better (from {LEAST_PAIRS} seeds on); = : does "
-        "not discriminate, as 'still' ties the best"
+        "bold: no other is shown to be better (if seeds suffice); = : does not "
+        "discriminate, as 'still' ties the best"
     )
     table = Table("scenario", "tracker", caption=caption, **_TABLE)
     for title, _ in SCORE_COLUMNS.values():

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from simbench.evaluation.paired import (
-    LEAST_PAIRS,
     PairedDifference,
     count_to_detect,
     holm,
+    least_pairs,
     paired_difference,
 )
 from simbench.evaluation.statistics import seed_means
@@ -52,8 +52,9 @@ class Comparison:
     verdict : str
         Whether the first is shown to be ``better`` or ``worse`` by at least what
         matters in practice; ``equal`` if the interval of the difference is within what
-        does not matter, ``open`` if neither is shown; ``n too small`` for fewer than
-        `simbench.evaluation.paired.LEAST_PAIRS` pairs.
+        does not matter, ``open`` if neither is shown; ``n too small`` for fewer pairs
+        than `simbench.evaluation.paired.least_pairs` of all comparisons of the
+        scenario.
     needed : int or None
         Instances needed to see the least difference that matters, with a power of 0.8.
     """
@@ -122,12 +123,11 @@ def contest(table: pd.DataFrame, better: int, decimals: int = 3) -> Contest:
     if better == 0 or len(means) < 2:
         return Contest(frozenset(), False, False)
     printed = means.round(decimals)
+    pairs = list(itertools.combinations(means.index, 2))
     counts = known.notna().sum()
-    is_small = bool(counts.max() < LEAST_PAIRS)
-    if is_small:
+    if counts.max() < least_pairs(len(pairs), LEVEL):
         is_flat = "still" in means and bool(printed["still"] >= printed.max())
         return Contest(frozenset(), True, is_flat)
-    pairs = list(itertools.combinations(means.index, 2))
     found = [paired_difference(known[a] - known[b]) for a, b in pairs]
     shown = holm([one.p for one in found]) <= LEVEL
     beaten = {
@@ -206,6 +206,7 @@ def _comparisons(
     found = []
     for (scenario, variant), part in places:
         paired = [paired_difference(part[pair]) for pair in differences]
+        least = least_pairs(len(paired), LEVEL)
         corrected = holm([one.p for one in paired])
         for (first, second), one, p in zip(differences, paired, corrected, strict=True):
             found.append(
@@ -216,15 +217,15 @@ def _comparisons(
                     second,
                     one,
                     float(p),
-                    _verdict(one, float(p), practical),
+                    _verdict(one, float(p), practical, least),
                     count_to_detect(practical, one.sd),
                 )
             )
     return found
 
 
-def _verdict(one: PairedDifference, p: float, practical: float) -> Verdict:
-    if one.count < LEAST_PAIRS:
+def _verdict(one: PairedDifference, p: float, practical: float, least: int) -> Verdict:
+    if one.count < least:
         return "n too small"
     if p <= LEVEL and abs(one.mean) >= practical:
         return "better" if one.mean > 0.0 else "worse"

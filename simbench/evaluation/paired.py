@@ -23,6 +23,7 @@ __all__ = [
     "PairedDifference",
     "count_to_detect",
     "holm",
+    "least_pairs",
     "paired_difference",
     "random_signs",
     "sign_flip_p",
@@ -240,6 +241,20 @@ def count_to_detect(
         middle = (low + high) // 2
         low, high = (low, middle) if reaches(middle) else (middle, high)
     return high
+
+
+def least_pairs(comparisons: int, level: float = 0.05) -> int:
+    """Return the fewest pairs with which one of several sign-flip tests can tell.
+
+    The least p value of N pairs is 2 / 2^N; Holm's method multiplies the least of all
+    by their number.
+
+    Examples
+    --------
+    >>> least_pairs(1), least_pairs(3), least_pairs(15)
+    (6, 7, 10)
+    """
+    return 1 + math.ceil(math.log2(max(comparisons, 1) / level))
 
 
 def random_signs(count: int, flips: int) -> Iterator[Floats]:

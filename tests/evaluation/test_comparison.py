@@ -80,6 +80,17 @@ def test_five_instances_are_too_few() -> None:
     assert found.verdict == "n too small"
 
 
+def test_more_comparisons_need_more_instances_before_anything_is_said() -> None:
+    three = {"good": [0.9], "bad": [0.5], "still": [0.1]}
+    six = runs(three, seeds=6)  # 3 x 2 / 2^6 is above 0.05
+    assert {c.verdict for c in compare_trackers(six, "success_50")} == {"n too small"}
+    found = contest(instance_table(six, "success_50"), 1)
+    assert (found.best, found.is_small, found.is_flat) == (frozenset(), True, False)
+    seven = runs(three, seeds=7)
+    assert {c.verdict for c in compare_trackers(seven, "success_50")} == {"better"}
+    assert contest(instance_table(seven, "success_50"), 1).best == {"good"}
+
+
 def test_versions_are_paired_by_instance_and_label() -> None:
     before = runs({"one": [0.9], "two": [0.5], "old": [0.1]}, seeds=8)
     after = runs({"one": [0.5], "two": [0.5], "new": [0.1]}, seeds=9)
