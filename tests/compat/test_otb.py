@@ -90,5 +90,12 @@ def test_curves_are_ours_by_the_rules_of_otb(
         assert np.array(theirs["success_curve"])[others] == pytest.approx(
             success_curve(overlaps)[others]
         )
-        assert theirs["precision_curve"] == pytest.approx(precision_curve(errors))
+        ours = precision_curve(errors)
+        # as it does where an error is a whole number of pixels
+        away = np.abs(errors[:, None] - np.arange(len(ours)))
+        others = np.nanmin(away, axis=0) > 0.01
+        assert others.sum() >= 20
+        assert np.array(theirs["precision_curve"])[others] == pytest.approx(
+            ours[others]
+        )
         assert theirs["success_score"] < best["success_score"]

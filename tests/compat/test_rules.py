@@ -111,7 +111,7 @@ def test_otb(
         assert ours["success_50"] == pytest.approx(theirs["success_rate"], abs=CLOSE)
         assert ours["success_auc"] == pytest.approx(theirs["success_score"], abs=CLOSE)
         compared += 1
-    assert compared >= 3
+    assert compared >= 2
 
 
 def test_otb_misses_frames_without_truth(
