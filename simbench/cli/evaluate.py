@@ -22,8 +22,8 @@ from simbench.cli.arguments import (
     Trackers,
     trackers_from,
 )
-from simbench.cli.display import progress_bar, score_table
-from simbench.cli.json_output import Json, run_facts, write_json
+from simbench.cli.display import progress_bar
+from simbench.cli.json_output import Json
 from simbench.cli.names import (
     LAYOUTS,
     PROTOCOLS,
@@ -31,7 +31,7 @@ from simbench.cli.names import (
     complete_layout,
     require_name,
 )
-from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish, print_protocol
+from simbench.cli.run import DEFAULT_TRACKERS, execute_request, show_result
 from simbench.core.errors import SimbenchError
 
 __all__ = ["evaluate"]
@@ -124,12 +124,7 @@ def evaluate(
         replace=replace,
         rules=rules,
     )
-    if as_json:
-        write_json("evaluate", run_facts(result))
-        raise typer.Exit(1 if result.failures else 0)
-    console.print(score_table(result.scores))
-    print_protocol(console, result.scores)
-    finish(console, result)
+    show_result(console, result, "evaluate", as_json=as_json)
 
 
 def _box_from(text: str) -> tuple[float, float, float, float]:

@@ -47,6 +47,7 @@ __all__ = [
     "report",
     "run",
     "run_folder",
+    "show_result",
 ]
 
 _RUNS = Path("results") / "runs"
@@ -106,8 +107,15 @@ def run(
         replace=replace,
         rules=rules,
     )
+    show_result(console, result, "run", as_json=as_json)
+
+
+def show_result(
+    console: Console, result: RunResult, command: str, *, as_json: bool
+) -> None:
+    """Print the scores of a run that has ended as tables, or as the command's JSON."""
     if as_json:
-        write_json("run", run_facts(result))
+        write_json(command, run_facts(result))
         raise typer.Exit(1 if result.failures else 0)
     console.print(score_table(result.scores))
     print_protocol(console, result.scores)

@@ -89,10 +89,6 @@ def sub_sequence(
     centers = box.centers(truth.boxes[rows])
     step[1:] = np.linalg.norm(np.diff(centers, axis=0), axis=1)
     vehicles = truth.vehicles
-    by_frame = getattr(sequence, "attributes", {})
-    labelled: dict[str, Any] = {
-        "attributes": {name: flags[rows] for name, flags in by_frame.items()}
-    }
     picked: dict[str, Any] = {
         "displacement_px": step,
         "vehicles": vehicles and _rows_of(vehicles, rows),
@@ -104,7 +100,7 @@ def sub_sequence(
         cameras=tuple(sequence.cameras[row] for row in rows if sequence.cameras),
         lane_changes=(),
         channels={},
-        **(labelled if by_frame else {}),
+        attributes={name: flags[rows] for name, flags in sequence.attributes.items()},
     )
 
 
