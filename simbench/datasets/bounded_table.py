@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from simbench.core.errors import DatasetError
+from simbench.datasets.parquet_footer import value_count
 
 __all__ = ["LARGEST_TABLE", "parse_table"]
 
@@ -39,7 +40,7 @@ def parse_table(
     """
     try:
         file = pq.ParquetFile(io.BytesIO(content))
-        _require_small(file.metadata, where)
+        _require_small(file.metadata, value_count(content), where)
         return file.read(None if columns is None else list(columns))
     except (
         OSError,
@@ -52,14 +53,10 @@ def parse_table(
         raise DatasetError(f"{where}: not a readable table: {first_line}") from None
 
 
-def _require_small(metadata: pq.FileMetaData, where: object) -> None:
-    decoded = values = 0
-    for number in range(metadata.num_row_groups):
-        group = metadata.row_group(number)
-        decoded += abs(group.total_byte_size)
-        chunks = [group.column(index) for index in range(group.num_columns)]
-        values += sum(abs(chunk.num_values) for chunk in chunks)
-        values = max(values, group.num_rows)
+def _require_small(metadata: pq.FileMetaData, values: int, where: object) -> None:
+    groups = [metadata.row_group(number) for number in range(metadata.num_row_groups)]
+    decoded = sum(abs(group.total_byte_size) for group in groups)
+    values = max([values, *(group.num_rows for group in groups)])
     if decoded > _LARGEST_DECODED or values > _MOST_VALUES:
         raise DatasetError(
             f"{where}: expected a table of at most {_LARGEST_DECODED} bytes and "

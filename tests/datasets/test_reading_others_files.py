@@ -23,6 +23,7 @@ from simbench.core.sequence import Sequence
 from simbench.datasets.bounded_table import parse_table
 from simbench.datasets.frames import decoded_as_stored, decoded_picture, encoded_png
 from simbench.datasets.native import read_sequence, write_sequence
+from simbench.datasets.parquet_footer import value_count
 from simbench.datasets.store import open_store
 from simbench.datasets.stored_files import open_file, read_files
 from simbench.generation.dataset.manifest import EntryFile, read_manifest
@@ -138,6 +139,25 @@ def test_a_table_of_too_many_values_is_refused_before_it_is_decoded() -> None:
     assert len(content) < 1_000_000
     with pytest.raises(DatasetError, match=r"^here: .*at most .* 50000000 values, got"):
         parse_table(content, "here")
+
+
+def test_values_in_lists_are_counted_singly() -> None:
+    nested = pa.array([[7] * 1000] * 60, pa.list_(pa.int64()))
+    table = pa.table({"one": nested, "other": list(range(60))})
+    assert value_count(_written(table)) == 60_060
+
+
+def test_damaged_size_statistics_are_refused_and_end_no_process() -> None:
+    content = bytearray(_TABLE)
+    refused = 0
+    for place in range(len(content) - 700, len(content) - 8):
+        content[place] ^= 1  # among them the statistics at which PyArrow aborts
+        try:
+            parse_table(bytes(content), "here", ["frame"])
+        except DatasetError:
+            refused += 1
+        content[place] ^= 1
+    assert refused > 10
 
 
 _TABLE = _written(pa.table({"frame": list(range(100)), "name": ["a", None] * 50}))
