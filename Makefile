@@ -21,7 +21,7 @@ demo: .venv/installed
 	@echo "open $(CURDIR)/$(DEMO)/report.html"
 
 test: lint .venv/chromium
-	$(BIN)/pytest -n $(JOBS) --cov --cov-report=term
+	$(BIN)/pytest -n $(JOBS)
 	$(BIN)/simbench check --baseline results/baselines/ci.json --jobs $(JOBS)
 
 test-all: lint .venv/chromium

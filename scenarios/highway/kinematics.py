@@ -16,11 +16,9 @@ from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.fleet import FLEET, PAINTS, sample_paint
 from simbench.scenarios.schema import Scenario
 from simbench.scenarios.schema.seeds import child_generator, generator
+from simbench.scenarios.time_step import STEP_S
 
-__all__ = ["STEP_S", "gradient", "interpolate", "road_trajectories", "smooth_lane"]
-
-STEP_S = 0.04
-"""Time between rows of a recording in seconds; SUMO counts whole milliseconds."""
+__all__ = ["gradient", "interpolate", "road_trajectories", "smooth_lane"]
 
 
 def road_trajectories(

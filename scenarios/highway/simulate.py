@@ -18,10 +18,11 @@ from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.drawn_lane_changes import with_lane_changes
 from simbench.scenarios.highway.fleet import FLEET
-from simbench.scenarios.highway.kinematics import STEP_S, road_trajectories
+from simbench.scenarios.highway.kinematics import road_trajectories
 from simbench.scenarios.schema import Scenario, ScriptedVehicle, Target, scripted_lanes
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import stream_seed
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["raise_if_failed", "run_sumo", "simulate"]
 

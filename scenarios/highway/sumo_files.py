@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from simbench.scenarios.highway.fleet import FLEET
-from simbench.scenarios.highway.kinematics import STEP_S
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["network_xml", "sides_of", "types_xml"]
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from simbench.core.errors import TrafficError
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.highway.fleet import FLEET
-from simbench.scenarios.highway.kinematics import STEP_S
 from simbench.scenarios.highway.sumo_files import network_xml, sides_of, types_xml
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["run_request", "sumo_command"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
-from simbench.scenarios.highway.kinematics import STEP_S
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["body_poses"]
 

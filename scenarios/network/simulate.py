@@ -16,7 +16,7 @@ from simbench.core.errors import ScenarioError
 from simbench.core.trajectories import LaneChange, Trajectories, Vehicle
 from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.highway.fleet import sample_paint
-from simbench.scenarios.highway.kinematics import STEP_S, gradient, interpolate
+from simbench.scenarios.highway.kinematics import gradient, interpolate
 from simbench.scenarios.highway.simulate import run_sumo
 from simbench.scenarios.highway.tractrix import body_poses
 from simbench.scenarios.network.recording import RecordedVehicle, Recording
@@ -27,6 +27,7 @@ from simbench.scenarios.schema import Scenario, SumoRoad, TargetRule
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import generator, stream_seed
 from simbench.scenarios.schema.sumo_config import SumoFiles
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["NetworkSimulation", "simulate_network"]
 

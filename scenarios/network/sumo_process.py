@@ -16,8 +16,8 @@ import libsumo
 import numpy as np
 
 from simbench.core.errors import TrafficError
-from simbench.scenarios.highway.kinematics import STEP_S
 from simbench.scenarios.highway.sumo_process import run_request, sumo_command
+from simbench.scenarios.time_step import STEP_S
 
 _MOST_ROWS = 5_000_000  # of 80 bytes
 _DEFAULT_COLOUR = (255, 255, 0)  # SUMO's yellow where no colour is given

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import ScenarioError
 from simbench.scenarios.highway.fleet import PAINTS
-from simbench.scenarios.highway.kinematics import STEP_S
 from simbench.scenarios.network.recording import CENTRED_M, RecordedVehicle
 from simbench.scenarios.schema import TargetRule
+from simbench.scenarios.time_step import STEP_S
 
 __all__ = ["choose_target", "nearest_paint"]
 

@@ -10,6 +10,7 @@ from simbench.scenarios.schema.ball import Ball
 from simbench.scenarios.schema.mistakes import Mistake, Mistakes
 from simbench.scenarios.schema.road import Floor, FloorPlan, Road, SumoRoad
 from simbench.scenarios.schema.traffic import ScriptedVehicle, Target, scripted_lanes
+from simbench.scenarios.time_step import STEP_S
 
 if TYPE_CHECKING:
     from simbench.scenarios.schema.scenario import Scenario
@@ -20,7 +21,6 @@ MOST_POSITIONS: Final = 100_000_000
 """Most vehicles times steps of a simulated dual carriageway: 1.6 GB."""
 _END_MARGIN_M = 20.0
 _LONGEST_S = 14_400.0
-_STEP_S = 0.04  # of the simulation
 _NEEDS_FLOOR = "balls need a floor: expected road: {floor: ...}"
 
 
@@ -201,12 +201,12 @@ def _too_much_traffic(scenario: Scenario, road: Road) -> Iterator[Mistake]:
     entering_m = road.speed_limit_mps * (simulated_s + scenario.traffic.warm_up_s)
     per_m = scenario.traffic.density_per_km_lane / 1000.0
     vehicles = 1 + per_m * lanes * (road.length_m + entering_m)
-    steps = simulated_s / _STEP_S
+    steps = simulated_s / STEP_S
     if vehicles * steps > MOST_POSITIONS:
         yield _mistake(
             "frames",
             f"expected traffic of at most {MOST_POSITIONS:g} positions, vehicles times "
-            f"steps of {_STEP_S:g} s, got about {vehicles * steps:.2g}: {vehicles:.0f} "
+            f"steps of {STEP_S:g} s, got about {vehicles * steps:.2g}: {vehicles:.0f} "
             f"vehicles (traffic.density_per_km_lane, road.sections) for "
             f"{simulated_s:.0f} s (frames, imaging)",
         )

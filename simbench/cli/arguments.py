@@ -43,6 +43,7 @@ __all__ = [
     "Timeout",
     "Trackers",
     "most_frames",
+    "prepare_workers",
     "recipes_from",
     "scenarios_from",
     "tracker_specs",
@@ -145,6 +146,22 @@ def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
     if frames is not None:
         _require_long(frames, {one.label: most_frames(one) for one in recipes})
     return [recipe.shortened(frames) for recipe in recipes]
+
+
+def prepare_workers(jobs: int | None, cluster: str) -> None:
+    """Let worker processes begin their imports while this process goes on with its own.
+
+    Parameters
+    ----------
+    jobs : int, optional
+        Number of worker processes; 0 for none.
+    cluster : str
+        Address of a cluster, whose workers are not started here; empty for none.
+    """
+    if jobs != 0 and not cluster:
+        from simbench.runtime.forked_process import start_fork_server
+
+        start_fork_server()
 
 
 def most_frames(recipe: Recipe) -> int:

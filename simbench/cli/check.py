@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 from rich.console import Console
 
-from simbench.cli.arguments import Jobs, tracker_specs, trackers_from
+from simbench.cli.arguments import (
+    Jobs,
+    prepare_workers,
+    tracker_specs,
+    trackers_from,
+)
 from simbench.cli.display import print_line, print_table, progress_bar, score_table
 from simbench.cli.json_output import Json, check_facts, write_json
 from simbench.core.atomic_write import atomic_write
@@ -94,12 +99,13 @@ def check(
     suite given, or the default one. With --trackers too, the scores of other trackers
     are kept.
     """
-    from simbench.evaluation.baseline import Baseline
-
     if update and as_json:
         raise SimbenchError("--json prints a comparison, and --update makes none")
     if update and not reason.strip():
         raise SimbenchError('--update needs --reason "why the scores change"')
+    prepare_workers(jobs, "")
+    from simbench.evaluation.baseline import Baseline
+
     path = _baseline_path(suite, baseline)
     known = Baseline.read(path) if path.exists() or not update else None
     whole = _suite(suite, path, known, update=update, allow_modules=allow_modules)

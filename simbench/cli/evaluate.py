@@ -20,6 +20,7 @@ from simbench.cli.arguments import (
     RulesName,
     Timeout,
     Trackers,
+    prepare_workers,
     trackers_from,
 )
 from simbench.cli.display import progress_bar
@@ -99,6 +100,7 @@ def evaluate(
     if layout:
         require_name("--layout", layout, LAYOUTS)
     first_box = _box_from(box) if box else None
+    prepare_workers(jobs, cluster)
 
     from simbench.datasets.formats.readers.annotation import ReadOptions
     from simbench.experiments.clips import find_clips

@@ -15,6 +15,7 @@ from simbench.cli.arguments import (
     Jobs,
     Names,
     most_frames,
+    prepare_workers,
     recipes_from,
 )
 from simbench.cli.display import print_line, progress_bar
@@ -105,6 +106,7 @@ def generate(
         if name.strip()
     }
     channel_names = tuple(name for name in CHANNELS if name in requested_names)
+    prepare_workers(jobs, cluster)
 
     from simbench.generation.dataset.produce import produce_dataset
     from simbench.generation.dataset.request import DatasetRequest

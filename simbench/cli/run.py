@@ -25,6 +25,7 @@ from simbench.cli.arguments import (
     Seeds,
     Timeout,
     Trackers,
+    prepare_workers,
     scenarios_from,
     trackers_from,
 )
@@ -84,6 +85,7 @@ def run(
     require_name("--rules", rules, RULES)
     require_name("--protocol", protocol, PROTOCOLS)
     found = scenarios_from(scenarios, frames)
+    prepare_workers(jobs, cluster)
 
     from simbench.experiments.request import Request, parse_seeds
 

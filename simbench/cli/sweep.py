@@ -18,6 +18,7 @@ from simbench.cli.arguments import (
     Seeds,
     Timeout,
     Trackers,
+    prepare_workers,
     scenarios_from,
     trackers_from,
 )
@@ -84,6 +85,7 @@ def sweep(
         if "=" in one:
             require_name("--vary", one.partition("=")[0].strip(), dial_names())
     found = scenarios_from([scenario], frames)
+    prepare_workers(jobs, cluster)
 
     from simbench.experiments.refine_sweep import refined_run
     from simbench.experiments.request import parse_seeds, sweep_request

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from simbench.evaluation.losses import HIDDEN, Loss
 
@@ -76,7 +76,7 @@ def separation(confidence: _Floats, is_right: _Flags) -> float:
     count, others = int(right.sum()), int((~right).sum())
     if count == 0 or others == 0:
         return float("nan")
-    ranks = float(rankdata(values)[right].sum())
+    ranks = float(pd.Series(values).rank().to_numpy()[right].sum())
     return (ranks - count * (count + 1) / 2.0) / (count * others)
 
 

@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import CensoredData, ecdf
 
 __all__ = [
     "FOUND_OVERLAP",
@@ -152,6 +151,8 @@ def survival(time_s: ArrayLike, is_lost: ArrayLike) -> Survival:
     lost = np.asarray(is_lost, dtype=np.bool_)
     if len(times) == 0:
         raise ValueError("time_s: expected at least one run, got none")
+    from scipy.stats import CensoredData, ecdf  # a second; few need it
+
     found = ecdf(CensoredData(uncensored=times[lost], right=times[~lost])).sf
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
         warnings.simplefilter("ignore", RuntimeWarning)  # undefined is NaN
