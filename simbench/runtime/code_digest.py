@@ -124,12 +124,23 @@ def _own_file(module: str) -> Path | None:
     return next((path for path in candidates if path.is_file()), None)
 
 
-def _references(path: Path) -> Iterator[str]:
-    """Yield the dotted names that a Python file imports, at any depth.
+def _references(path: Path) -> tuple[str, ...]:
+    """Return the dotted names that a Python file imports, at any depth.
 
     Strings that name a module of simbench count: what runs in a child process is
     started by name.
     """
+    state = path.stat()
+    return _references_once(path, state.st_mtime_ns, state.st_size)
+
+
+@cache
+def _references_once(path: Path, mtime_ns: int, size: int) -> tuple[str, ...]:
+    """Parse a file whose time and size tell its state: closures share most files."""
+    return tuple(_imported_names(path))
+
+
+def _imported_names(path: Path) -> Iterator[str]:
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):  # never imported, then
@@ -153,10 +164,14 @@ def _references(path: Path) -> Iterator[str]:
 def _run_time_nodes(tree: ast.AST) -> Iterator[ast.AST]:
     """Yield all nodes but those of ``if TYPE_CHECKING`` blocks."""
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        if isinstance(node, ast.If) and _is_type_checking(node.test):
             continue
         yield node
         yield from _run_time_nodes(node)
+
+
+def _is_type_checking(test: ast.expr) -> bool:
+    return isinstance(test, ast.Name) and test.id == "TYPE_CHECKING"
 
 
 def _foreign_files(package: str) -> list[Path]:
