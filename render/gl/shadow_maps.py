@@ -60,13 +60,14 @@ class ShadowMaps:
             clip = fit.clip(number)
             place = clip.tobytes()
             if self._places[number] != place:
-                with _drawing(self._static_fb, number, clear=True):
+                self._clear(number)
+                with _drawing(self._static_fb, number):
                     draw_static(clip)
                 self._places[number], self._covered[number] = place, [_WHOLE]
             self._restore(number)
             self._covered[number] = _covered(clip, needed)
             if self._covered[number]:
-                with _drawing(self._all_fb, number, clear=False):
+                with _drawing(self._all_fb, number):
                     draw_vehicles(clip, number)
 
     def _restore(self, number: int) -> None:
@@ -79,6 +80,17 @@ class ShadowMaps:
         for left, low, right, high in self._covered[number]:
             part = x + left, low, x + right, high
             GL.glBlitFramebuffer(*part, *part, kind, nearest)
+
+    def _clear(self, number: int) -> None:
+        """Set a map of the static objects to the farthest depth."""
+        corner, size = (number * TEXELS, 0), (TEXELS, TEXELS)
+        if GL.glClearTexSubImage:  # glClear draws a part of a texture, slowly
+            what = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT, np.ones(1, np.float32)
+            GL.glClearTexSubImage(self._static, 0, *corner, 0, *size, 1, *what)
+            return
+        with _drawing(self._static_fb, number):  # OpenGL before 4.4
+            GL.glScissor(*corner, *size)
+            GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
 
     def forget(self) -> None:
         """Draw all static objects again for the next frame: they have changed."""
@@ -108,7 +120,7 @@ def _covered(clip: NDArray[np.float64], spheres: NDArray[np.float64]) -> list[Wi
 
 
 @contextmanager
-def _drawing(framebuffer: int, number: int, *, clear: bool) -> Iterator[None]:
+def _drawing(framebuffer: int, number: int) -> Iterator[None]:
     """Draw to one map, without its border: there is light beyond it."""
     left = number * TEXELS
     GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, framebuffer)
@@ -118,9 +130,6 @@ def _drawing(framebuffer: int, number: int, *, clear: bool) -> Iterator[None]:
     GL.glDepthFunc(GL.GL_LESS)
     GL.glDisable(GL.GL_CULL_FACE)
     GL.glEnable(GL.GL_SCISSOR_TEST)
-    if clear:
-        GL.glScissor(left, 0, TEXELS, TEXELS)
-        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
     GL.glScissor(left + 2, 2, TEXELS - 4, TEXELS - 4)
     try:
         yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -91,16 +92,21 @@ class MapTexture:
 
 def grain_texture() -> int:
     """Make the noise texture of asphalt and grass, the same for every scene."""
-    rng = np.random.default_rng(20)
     size = (_GRAIN_TEXELS, _GRAIN_TEXELS)
-    frequency = np.fft.fftfreq(_GRAIN_TEXELS)
-    radius = np.hypot(frequency[:, None], frequency[None, :])
-    spectrum = np.fft.fft2(rng.standard_normal(size))
-    tile = np.fft.ifft2(spectrum / np.maximum(radius, 0.01) ** 0.6).real
-    tile = np.clip(0.5 + 0.18 * (tile - tile.mean()) / tile.std(), 0.0, 1.0)
-    pixels = np.ascontiguousarray(tile * 255.0).astype(np.uint8)
     texture = make_texture(
-        GL.GL_R8, GL.GL_RED, size, pixels, MIN_FILTER=GL.GL_LINEAR_MIPMAP_NEAREST
+        GL.GL_R8, GL.GL_RED, size, _grain(), MIN_FILTER=GL.GL_LINEAR_MIPMAP_NEAREST
     )
     GL.glGenerateMipmap(GL.GL_TEXTURE_2D)
     return texture
+
+
+@cache
+def _grain() -> NDArray[np.uint8]:
+    """Return noise whose waves are the stronger the longer they are."""
+    rng = np.random.default_rng(20)
+    frequency = np.fft.fftfreq(_GRAIN_TEXELS)
+    radius = np.hypot(frequency[:, None], frequency[None, :])
+    spectrum = np.fft.fft2(rng.standard_normal((_GRAIN_TEXELS, _GRAIN_TEXELS)))
+    tile = np.fft.ifft2(spectrum / np.maximum(radius, 0.01) ** 0.6).real
+    tile = np.clip(0.5 + 0.18 * (tile - tile.mean()) / tile.std(), 0.0, 1.0)
+    return np.ascontiguousarray(tile * 255.0).astype(np.uint8)

@@ -11,6 +11,7 @@ from simbench.render.world.mesh import (
     Colour,
     Mesh,
     Surface,
+    cross_product,
     cylinder,
     merge,
     triangle_mesh,
@@ -119,7 +120,7 @@ def _leaves(
     point[:, :2] *= _taper(point[:, 2], is_conifer)[:, None]
     size = half.mean() * 2.3 / np.sqrt(count)
     u = rng.standard_normal((count, 3))
-    v = np.cross(u, rng.standard_normal((count, 3)))
+    v = cross_product(u, rng.standard_normal((count, 3)))
     u *= size / np.linalg.norm(u, axis=-1, keepdims=True)
     v *= size / np.linalg.norm(v, axis=-1, keepdims=True)
     centre = point * half + middle

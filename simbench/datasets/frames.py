@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from simbench.core.bounded_read import read_below
 from simbench.core.errors import DatasetError
 from simbench.core.frame import Frame
+from simbench.datasets.fast_png import fast_png
 from simbench.datasets.picture_header import picture_size
 
 __all__ = [
@@ -30,19 +31,6 @@ __all__ = [
     "write_frame",
 ]
 
-# Sensor noise leaves PNG's match search little to find: Huffman codes alone are both
-# smaller (57 against 64 % of raw) and faster (31 against 43 ms at 720 x 480) than
-# level 1 with matches, measured on a noisy road picture. One filter for all rows, the
-# average of left and above, halves the time again (14.0 against 25.5 ms at 640 x 400)
-# for at most 3 % larger files than the best filter of each row.
-_PNG = [
-    cv2.IMWRITE_PNG_COMPRESSION,
-    1,
-    cv2.IMWRITE_PNG_STRATEGY,
-    cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
-]
-if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # not in the oldest OpenCV that is supported
-    _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_AVG]
 LARGEST_PICTURE = 256 * 2**20  # bytes of a file
 _MOST_PIXELS = 2**24
 # Boxes are given in stored pixels: a picture is not turned by what its EXIF says.
@@ -205,8 +193,7 @@ def encoded_png(image: NDArray[np.uint8]) -> bytes:
         raise ValueError(
             f"image must be (H, W, 3) uint8, got {image.shape} {image.dtype}"
         )
-    _, encoded = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), _PNG)
-    return encoded.tobytes()
+    return fast_png(image)
 
 
 def decoded_as_stored(content: bytes) -> NDArray[Any] | None:

@@ -24,6 +24,7 @@ _DISTRIBUTIONS = {
     "trimesh": ("trimesh",),
     "scipy": ("scipy",),
     "sumo-data": ("sumo-data",),
+    "isal": ("isal",),
 }
 _VECTORS = re.compile(r"(avx|fma|sse4|amx|asimd|sve|neon)\w*")
 """Names of instruction sets for which compilers make code that rounds differently."""
