@@ -22,7 +22,32 @@ if TYPE_CHECKING:
 
 __all__ = ["compare"]
 
-_NO_SCORES = {"frames", "frames_scored", "frames_absent", "repetition", "seed"}
+_MEASURES = (
+    "precision_20",
+    "success_50",
+    "success_auc",
+    "average_overlap",
+    "success_75",
+    "norm_precision",
+    "norm_precision_area",
+    "fps",
+    "held_s",
+    "confidence_auc",
+    "confidence_visible_auc",
+    "overlap_occluded",
+    "overlap_small",
+    "overlap_fast",
+    "overlap_near_distractor",
+    "overlap_night",
+    "vots_quality",
+    "vots_accuracy",
+    "vots_robustness",
+    "vots_adq",
+    "longterm_precision",
+    "longterm_recall",
+    "longterm_f",
+)
+"""Columns of which higher is better: of the others "better" would say the opposite."""
 
 
 def compare(
@@ -34,7 +59,7 @@ def compare(
         ),
     ],
     measure: Annotated[
-        str, typer.Option(help="Column of scores, of which higher is better.")
+        str, typer.Option(help="Score of which higher is better.")
     ] = "success_50",
     practical: Annotated[
         float,
@@ -63,7 +88,7 @@ def compare(
     if len(tables) == 2:
         notices = _differing_films(tables[0], tables[1])
         found = compare_runs(tables[0], tables[1], measure, practical=practical)
-        problem = "no tracker of the same label on the same scenario and seed in both"
+        problem = "a tracker of the same label, scenario and seed in both runs"
     else:
         found = compare_trackers(tables[0], measure, practical=practical)
         problem = "two trackers or more"
@@ -81,19 +106,12 @@ def compare(
 
 def _scores(path: Path, measure: str) -> pd.DataFrame:
     """Read the runs of a folder, which must have the measure."""
-    from simbench.evaluation.score_columns import KEYS
     from simbench.evaluation.scores import Scores
     from simbench.experiments.run_folder import RunFolder
 
     RunFolder(path).read_facts()
     runs = Scores.read(path).runs
-    numbers = runs.select_dtypes("number").columns
-    names = [
-        name
-        for name in map(str, numbers)
-        if "." not in name and name not in _NO_SCORES and name not in KEYS
-    ]
-    require_name("--measure", measure, names)
+    require_name("--measure", measure, _MEASURES)
     return runs
 
 
@@ -152,17 +170,19 @@ def _print(
     practical: float,
     notices: Sequence[str],
 ) -> None:
-    from simbench.report.comparison_text import NOTES, SHORT_HEADINGS, short_rows
+    from simbench.report.comparison_text import SHORT_HEADINGS, notes, short_rows
 
     for notice in notices:
         print_line(console, notice, "yellow")
     print_line(console, f"{measure}, mean over instances and its interval:")
-    print_table(console, *_sections(tables, measure, "*{}*"))
-    print_line(console, "*no other is shown to be better*")
+    headings, rows = _sections(tables, measure, "*{}*")
+    print_table(console, headings, rows)
+    if any(cell.startswith("*") for _, *cells in rows for cell in cells):
+        print_line(console, "*marked*: no other is shown to be better", "dim")
     print_line(console, "")
     print_table(console, SHORT_HEADINGS, short_rows(found))
-    for note in NOTES:
-        print_line(console, note.format(practical=practical), "dim")
+    for note in notes(found, practical):
+        print_line(console, note, "dim")
 
 
 def _write(
@@ -178,7 +198,7 @@ def _write(
 
     headings, rows = _sections(tables, measure, "**{}**")
     listed = text.comparison_rows(found)
-    notes = "".join(f"- {note.format(practical=practical)}\n" for note in text.NOTES)
+    notes = "".join(f"- {note}\n" for note in text.notes(found, practical))
     diagram = ""
     if len(tables) == 1:
         table = instance_table(tables[0], measure)

@@ -5,22 +5,24 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 
 from simbench.core.text import printable
-from simbench.evaluation.comparison import Comparison, Contest
+from simbench.evaluation.comparison import LEVEL, Comparison, Contest
 from simbench.evaluation.intervals import describe_interval
+from simbench.evaluation.paired import least_pairs
 from simbench.report.text import scenario_name
 
 __all__ = [
     "HEADINGS",
-    "NOTES",
     "SHORT_HEADINGS",
     "comparison_csv",
     "comparison_rows",
     "latex_table",
     "markdown_table",
+    "notes",
     "score_rows",
     "short_rows",
 ]
@@ -48,7 +50,7 @@ SHORT_HEADINGS: Final = (
     "needed",
 )
 """Columns for a terminal."""
-NOTES: Final = (
+_NOTES: Final = (
     "difference: mean of first minus second over the same scenario instances, with its "
     "95 % interval (Student's)",
     "p: two-sided sign-flip test, corrected for all comparisons of the scenario (Holm)",
@@ -108,6 +110,20 @@ def short_rows(comparisons: Sequence[Comparison]) -> list[tuple[str, ...]]:
         difference = f"{mean}\n{interval}" if interval else mean
         rows.append((where, n, difference, p, effect, verdict, needed))
     return rows
+
+
+def notes(comparisons: Sequence[Comparison], practical: float) -> list[str]:
+    """Return what the columns and verdicts of these comparisons mean, a line each."""
+    lines = [note.format(practical=practical) for note in _NOTES]
+    if any(one.verdict == "n too small" for one in comparisons):
+        places = Counter((one.scenario, one.variant) for one in comparisons)
+        count = max(places.values())
+        tests = "a comparison needs" if count == 1 else f"{count} comparisons need"
+        lines.append(
+            f"n too small: {tests} {least_pairs(count, LEVEL)} instances (seeds) or "
+            "more; with fewer no difference can be shown, however large it is"
+        )
+    return lines
 
 
 def score_rows(

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from simbench.cli import execute
+from simbench.cli.compare import _MEASURES
+from simbench.evaluation.score_columns import RUN_TYPES
 from simbench.evaluation.scores import Scores, score
 from simbench.experiments.run_folder import RunFolder
 from tests.report.synthetic_run import jittered, synthetic_sequence
@@ -38,8 +40,9 @@ def test_trackers_of_a_run_are_compared_in_text_and_files(
     out = tmp_path / "tables"
     assert execute(["compare", str(run), "--out", str(out)]) == 0
     printed = capsys.readouterr().out
-    assert "*no other is shown to be better*" in printed
+    assert "*marked*: no other is shown to be better" in printed
     assert "good − bad" in printed and "better" in printed
+    assert "n too small" not in printed
     markdown = (out / "comparison.md").read_text()
     assert "| good | **1.000 [" in markdown
     assert "| all | good | bad | 8 | +1.000 |" in markdown
@@ -48,6 +51,19 @@ def test_trackers_of_a_run_are_compared_in_text_and_files(
     assert rows[0].startswith("scenario,first,second,n,difference")
     assert len(rows) == 4  # three pairs; one scenario is all of them
     ElementTree.parse(out / "critical-difference.svg")
+
+
+def test_too_few_seeds_say_how_many_are_needed_and_mark_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shifts = {"good": 2.0, "bad": 30.0, "still": 40.0}
+    run = run_of(tmp_path / "run", shifts, seeds=6)
+    assert execute(["compare", str(run), "--out", str(tmp_path / "tables")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "n too small: 3 comparisons need 7 instances (seeds) or more" in printed
+    assert "*marked*" not in printed
+    markdown = (tmp_path / "tables" / "comparison.md").read_text()
+    assert "- n too small: 3 comparisons need 7 " in markdown
 
 
 def test_two_runs_are_compared_label_by_label(
@@ -62,6 +78,20 @@ def test_two_runs_are_compared_label_by_label(
     assert (one["first"], one["second"], one["n"]) == ("mine", "mine", 8)
     assert one["verdict"] == "worse" and one["difference"] < -0.5
     assert found["notices"] == []
+
+
+def test_every_measure_is_a_column_of_scores() -> None:
+    assert set(_MEASURES) <= set(RUN_TYPES)
+
+
+def test_two_runs_without_a_pair_say_what_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = run_of(tmp_path / "before", {"mine": 2.0})
+    after = run_of(tmp_path / "after", {"yours": 2.0})
+    assert execute(["compare", str(before), str(after)]) == 2
+    expected = "expected a tracker of the same label, scenario and seed in both runs"
+    assert expected in capsys.readouterr().err
 
 
 def test_films_that_differ_between_runs_are_told(
@@ -81,6 +111,7 @@ def test_films_that_differ_between_runs_are_told(
     [
         ({"one": 2.0}, [], "expected two trackers or more, got none"),
         ({"a": 2.0, "b": 2.0}, ["--measure", "succes_50"], "mean 'success_50'?"),
+        ({"a": 2.0, "b": 2.0}, ["--measure", "center_error_px"], "--measure: expected"),
     ],
 )
 def test_mistake_is_one_line(
