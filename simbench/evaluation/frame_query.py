@@ -87,7 +87,8 @@ def _check(condition: str, columns: list[str]) -> None:
     try:
         tree = ast.parse(condition.strip(), mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
-        raise _mistake(condition, "a condition such as 'overlap < .2'") from None
+        such = "'overlap < .2' or 'failure == \"lost\"'"
+        raise _mistake(condition, f"a condition such as {such}") from None
     compared = {
         id(part)
         for node in ast.walk(tree)
@@ -102,7 +103,9 @@ def _check(condition: str, columns: list[str]) -> None:
             )
         if isinstance(node, ast.Name) and node.id not in columns:
             hint = did_you_mean(node.id, columns)
-            listed = hint or f"; columns are {', '.join(columns)}"
+            listed = hint or (
+                f"; texts have quotes: '{node.id}'; columns are {', '.join(columns)}"
+            )
             raise SimbenchError(
                 f"--where: expected a column of the frames, got {node.id!r}{listed}"
             )

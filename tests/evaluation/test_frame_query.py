@@ -50,6 +50,8 @@ def test_frames_that_meet_the_condition(
     [
         ("overlp < .2", r"expected a column .*'overlp' \(did you mean 'overlap'\?\)"),
         ("qqqqq < .2", "columns are scenario, variant"),
+        ("failure == lost", "texts have quotes: 'lost'; columns are"),
+        ("failure = 'lost'", "or 'failure == \"lost\"', got"),
         ("overlap", "a condition such as"),
         ("overlap + 1", "a condition such as"),
         ("1 < 2", "a condition such as"),
