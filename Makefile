@@ -11,8 +11,8 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat attack oracle statistics bench bench-before \
-    lint format house clean
+.PHONY: demo test test-all test-compat attack oracle statistics filters bench \
+    bench-before particles lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -43,6 +43,15 @@ statistics: .venv/developer
 # an independent ray caster sees the library; the table is in results/oracle.md
 oracle: .venv/developer
 	$(BIN)/python -m tests.verification.library_oracle $(JOBS)
+
+# particle filters of an earlier commit, of this one, and by the papers, on films and on
+# real clips: make filters BASE=COMMIT FILTERS_OPTIONS="--clips FOLDER"; resumes
+filters: .venv/developer
+	$(BIN)/python -m tests.filters $(BASE) $(FILTERS_OPTIONS)
+
+# docs/particles.svg: time of a frame against the number of particles
+particles: .venv/developer
+	$(BIN)/python -m tests.filters.particles
 
 # OpenCV's KCF is in the contrib build only, which cannot stand beside the plain one
 bench: .venv-bench/installed

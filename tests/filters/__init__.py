@@ -1,0 +1,1 @@
+"""The particle filters before and after, and by the papers: ``make filters``."""
