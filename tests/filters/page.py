@@ -72,6 +72,8 @@ def page(
     if len(clips) and (clips["setting"] == LEFT_OUT).any():
         parts += ["## Tuned without the clip", _left_out()]
         parts += [tables.left_out_table(clips, plan.filters)]
+    if failed := [*tables.failed_runs(films), *tables.failed_runs(clips)]:
+        parts += ["## Runs that failed", "\n".join(failed)]
     if notes.strip():
         parts += ["## Notes", notes.strip() + "\n"]
     return "\n\n".join(part.rstrip("\n") for part in parts) + "\n"
@@ -80,7 +82,11 @@ def page(
 def _head(plan: Plan, films: pd.DataFrame, clips: pd.DataFrame, origin: Origin) -> str:
     sizes = [
         f"{_count(films)} films of the library"
-        + (f" (seeds {_seeds(films)})" if len(films) else ""),
+        + (
+            f" ({_seeds(films)}; at most {films['frames'].max()} frames)"
+            if len(films)
+            else ""
+        ),
         f"{_count(clips)} real clips",
     ]
     filters = ["| filter | ours | paper |", "|---|---|---|"]
@@ -160,7 +166,7 @@ def _count(runs: pd.DataFrame) -> int:
 
 
 def _seeds(films: pd.DataFrame) -> str:
-    return _ranges(sorted(films["seed"].dropna().unique().tolist()))
+    return f"seeds {_ranges(sorted(films['seed'].dropna().unique().tolist()))}"
 
 
 def _ranges(seeds: Sequence[int]) -> str:

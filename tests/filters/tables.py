@@ -16,6 +16,7 @@ from tests.filters.plan import LEFT_OUT
 from tests.filters.trackers import BASELINE, Filter, Mend
 
 __all__ = [
+    "failed_runs",
     "left_out_table",
     "loss_table",
     "measures_table",
@@ -34,15 +35,16 @@ _VERDICTS: Final = {
     "n too small": "n too small",
 }
 _PLACE: Final = ["scenario", "variant"]
+_MEASURES: Final = ["average_overlap", "precision_20", "success_50", "fps"]
+_KEYS: Final = ["name", *_PLACE, "seed", "tracker", "setting", "repetition"]
+_COLUMNS: Final = [*_KEYS, "frames", *_MEASURES, "reason", "losses"]
 Places = list[tuple[str, pd.DataFrame]]
 
 
 def table_of(rows: Iterable[dict[str, Any]]) -> pd.DataFrame:
     """Return rows of runs as a table; the seed of recorded clips is <NA>."""
-    table = pd.DataFrame(list(rows))
-    measures = ["average_overlap", "precision_20", "success_50", "fps"]
-    types = dict.fromkeys(measures, "float64")
-    return table.astype(types | {"seed": "Int64"})
+    table = pd.DataFrame(list(rows), columns=_COLUMNS)
+    return table.astype(dict.fromkeys(_MEASURES, "float64") | {"seed": "Int64"})
 
 
 def overlap_table(runs: pd.DataFrame, filters: Sequence[Filter]) -> str:
@@ -150,6 +152,16 @@ def left_out_table(clips: pd.DataFrame, filters: Sequence[Filter]) -> str:
             rows.append([one.name, name, *cells])
     headings = ["filter", "clip", "tuned on all", "tuned on the others"]
     return markdown_table(headings, rows)
+
+
+def failed_runs(runs: pd.DataFrame) -> list[str]:
+    """Return a line for each run that a tracker ended: its scores are no result."""
+    return [
+        f"- {setting}, {tracker} on {name}: {reason}"
+        for setting, tracker, name, reason in runs.loc[
+            runs["reason"] != "", ["setting", "tracker", "name", "reason"]
+        ].itertuples(index=False)
+    ]
 
 
 _ALL: Final = "**all**"

@@ -38,6 +38,7 @@ def row(setting: str, seed: int | None, overlap: float, **other: Any) -> dict[st
         "precision_20": overlap,
         "success_50": overlap,
         "fps": 1000.0,
+        "reason": "",
         "losses": [],
         **other,
     }
@@ -96,7 +97,7 @@ def test_few_films_are_too_few_and_one_clip_has_the_range_of_its_runs() -> None:
 
 def test_a_mend_turned_off_is_compared_with_all_mends_on() -> None:
     table = table_of(films(0.0))
-    text = mend_table(table, table[:0], [OFF], set(range(8)))
+    text = mend_table(table, table_of([]), [OFF], set(range(8)))
     (line,) = text.splitlines()[2:]
     assert "`@surround=0`" in line and "+0.199 [" in line and "**better**" in line
 
@@ -112,18 +113,24 @@ def test_the_page_is_whole_without_clips_and_without_films() -> None:
     origin = Origin("make filters", "abc", "def", {"numpy": "2"}, "a processor", 2)
     plan = Plan(filters=ONE, mends=(OFF,))
     table = table_of(films(0.1))
-    text = page(plan, table, table[:0], origin, "by hand")
+    text = page(plan, table, table_of([]), origin, "by hand")
     for part in (
-        "8 films of the library (seeds 0 to 7)",
+        "8 films of the library (seeds 0 to 7; at most 100",
         "`abc`",
         "by hand",
         "numpy 2",
     ):
         assert part in text
-    assert "Real clips:" not in text and "Tuned without" not in text
+    assert (
+        "Real clips:" not in text
+        and "failed" not in text
+        and "Tuned without" not in text
+    )
     rows = [row(one, None, 0.3) for one in ("before", "ours", "paper", OFF.off)]
     rows.append(row("left out", None, 0.2))
-    text = page(plan, table[:0], table_of(rows), origin, "")
+    rows[0]["reason"] = "it raised"
+    text = page(plan, table_of([]), table_of(rows), origin, "")
+    assert "- before, condensation on Car4: it raised" in text
     assert "| condensation | Car4 | 0.300 | 0.200 |" in text
     assert "## Films" not in text and "## Notes" not in text
 

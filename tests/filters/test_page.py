@@ -57,7 +57,9 @@ def test_the_page_is_complete_and_made_again_without_running_anything(
         "Each mend turned off",
     ]
     assert "Tuned without the clip" in titles
-    assert "2 films of the library (seeds 0, 1), 2 real clips" in text
+    assert (
+        "2 films of the library (seeds 0, 1; at most 12 frames), 2 real clips" in text
+    )
     assert simbench.__version__ in text and str(work) in text
     for name in ("| Car1 | ", "| Car2 | ", "| condensation | smoke |", "| dsp |"):
         assert name in text
