@@ -51,6 +51,9 @@ class ColourLikelihood:
         Ellipses evaluated so far.
     reference : (BINS,) float
         Shares of the target's colours in the first frame, summing to 1.
+    table, samples, ring, surround, first_around
+        For a compiled filter: `bin_table`, the points in an ellipse and in the ring,
+        the parameter, and the similarity of the ring in the first frame.
 
     References
     ----------
@@ -89,13 +92,13 @@ class ColourLikelihood:
     ) -> None:
         self.evaluations = 0
         self._sigma = sigma
-        self._surround = surround
+        self.surround = surround
         self._background = background
-        self._samples = disc_samples(samples)
-        self._ring = ring_samples(max(samples // 4, 1), *RING)
-        self._table = bin_table()
+        self.samples = disc_samples(samples)
+        self.ring = ring_samples(max(samples // 4, 1), *RING)
+        self.table = bin_table()
         self.reference = self._target_shares(image, ellipse)
-        self._first_around = float(self._compare(image, ellipse[None], self._ring)[0])
+        self.first_around = float(self._compare(image, ellipse[None], self.ring)[0])
 
     def similarities(
         self, image: NDArray[np.uint8], ellipses: NDArray[np.float64]
@@ -114,10 +117,10 @@ class ColourLikelihood:
             Bhattacharyya coefficient, eq. 2, less the penalty on the surround.
         """
         self.evaluations += len(ellipses)
-        rho = self._compare(image, ellipses, self._samples)
-        if self._surround > 0.0:
-            around = self._compare(image, ellipses, self._ring)
-            rho -= self._surround * np.maximum(around - self._first_around, 0.0)
+        rho = self._compare(image, ellipses, self.samples)
+        if self.surround > 0.0:
+            around = self._compare(image, ellipses, self.ring)
+            rho -= self.surround * np.maximum(around - self.first_around, 0.0)
         return rho
 
     def learn(
@@ -159,7 +162,7 @@ class ColourLikelihood:
     ) -> NDArray[np.float64]:
         """Return the (BINS,) colour shares at points relative to one ellipse."""
         counts = np.zeros(BINS, np.int64)
-        histogram(image, self._table, ellipse, points, counts)
+        histogram(image, self.table, ellipse, points, counts)
         return np.asarray(counts / max(int(counts.sum()), 1))
 
     def _compare(
@@ -169,5 +172,5 @@ class ColourLikelihood:
         points: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         return np.asarray(
-            similarities(image, self._table, ellipses, points, self.reference)
+            similarities(image, self.table, ellipses, points, self.reference)
         )

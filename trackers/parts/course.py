@@ -11,6 +11,13 @@ MEDIAN_STEP = math.radians(1.0)  # DPF, eq. 7: the median moves by one degree
 SPEED_GAIN = 0.3  # weight of the newest step in the smoothed speed
 GROWTH_GAIN = 0.03  # of the newest change of size, which has much more jitter
 WARM_UP_FRAMES = 3  # a direction from fewer frames is mostly noise
+ERROR_GAIN = 0.2  # of the newest squared prediction error
+BIAS_GAIN = 0.25  # of the newest prediction error
+DISAGREEMENT_GAIN = 0.15  # of the newest step
+FIRST_DISAGREEMENT = 0.3  # a course is on trial at first
+STEADY_BIAS = 0.4  # of the speed: with more, the target is braking or turning
+STEADY_DISAGREEMENT = 0.4  # share of recent steps
+FORGET_DISAGREEMENT = 0.8  # above it, at no speed, the course is forgotten
 
 
 def wrap(angle: float) -> float:
@@ -41,6 +48,11 @@ class Course:
         Net displacement above which a direction is known.
     still_px : float, px
         Steps shorter than this do not change the direction.
+    jitter : float
+        Net displacement above which a direction is known, in standard deviations of
+        what the errors of the steps so far add up to; 0 leaves the test out.
+    tolerance : float, rad
+        Deviation of a step's direction above which it disagrees with the course.
 
     Attributes
     ----------
@@ -50,6 +62,10 @@ class Course:
         Smoothed speed along ``theta``, at least 0.
     growth : float, 1 per frame
         Smoothed change of the log of the size.
+    error : float, px
+        Root of the smoothed squared error of the predicted steps.
+    disagreement : float, in [0, 1]
+        Smoothed share of steps whose direction is more than ``tolerance`` off.
 
     Notes
     -----
@@ -71,9 +87,16 @@ class Course:
     y: float
     start_px: float
     still_px: float
+    jitter: float = 0.0
+    tolerance: float = math.pi / 4
     theta: float = math.nan
     speed: float = 0.0
     growth: float = 0.0
+    disagreement: float = 1.0
+    _squared_error: float = field(default=0.0, init=False)
+    _bias: tuple[float, float] = field(default=(0.0, 0.0), init=False)
+    _drift: tuple[float, float] = field(default=(0.0, 0.0), init=False)
+    _last: tuple[float, float] = field(default=(math.nan, math.nan), init=False)
     _frames: int = field(default=0, init=False)
 
     @property
@@ -81,27 +104,105 @@ class Course:
         """Whether a direction is known."""
         return not math.isnan(self.theta)
 
-    def advance(self, x: float, y: float, growth: float = 0.0) -> None:
-        """Update with the next position, px, and the change of the log of the size."""
+    @property
+    def error(self) -> float:
+        """Root of the smoothed squared error of the predicted steps, px."""
+        return math.sqrt(self._squared_error)
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether recent steps agree with the course, so that it can be carried on.
+
+        A target that brakes or turns is always behind its prediction, on the same side;
+        vibration averages out.
+        """
+        bias = math.hypot(*self._bias)
+        agrees = self.disagreement < STEADY_DISAGREEMENT
+        return self.is_known and agrees and bias < STEADY_BIAS * self.speed
+
+    def brake(self, factor: float) -> None:
+        """Reduce the speed to a share of it."""
+        self.speed *= factor
+
+    def jump(self, x: float, y: float) -> None:
+        """Move to a position, px, in a way that says nothing about the course."""
+        if self.is_known:
+            self.x, self.y = x, y
+        else:
+            self.x, self.y = self.x + x - self._last[0], self.y + y - self._last[1]
+        self._last = (x, y)
+
+    def advance(
+        self, x: float, y: float, growth: float = 0.0, trust: float = 1.0
+    ) -> None:
+        """Update with the next position, px, and the change of the log of the size.
+
+        ``trust`` in [0, 1] scales what is learned from it.
+        """
         self.speed *= math.exp(2.0 * growth)
         self.growth *= math.exp(growth)
-        self.growth += GROWTH_GAIN * (growth - self.growth)
-        dx, dy = x - self.x, y - self.y
+        self.growth += GROWTH_GAIN * trust * (growth - self.growth)
+        last = (self.x, self.y) if math.isnan(self._last[0]) else self._last
+        dx, dy = x - last[0], y - last[1]
+        self._last = (x, y)
+        self._compare(dx, dy, trust)
         if not self.is_known:
-            self._frames += 1
-            net = math.hypot(dx, dy)
-            if self._frames >= WARM_UP_FRAMES and net > self.start_px:
-                self.theta = math.atan2(dy, dx)
-                self.speed = net / self._frames
-                self.x, self.y = x, y
+            self._start(x, y)
             return
         forward = dx * math.cos(self.theta) + dy * math.sin(self.theta)
-        self.speed = max(0.0, self.speed + SPEED_GAIN * (forward - self.speed))
+        gain = SPEED_GAIN * trust
+        self.speed = max(0.0, self.speed + gain * (forward - self.speed))
         if math.hypot(dx, dy) >= self.still_px:
-            self._turn(math.atan2(dy, dx))
+            self._turn(math.atan2(dy, dx), trust)
         self.x, self.y = x, y
 
-    def _turn(self, measured: float) -> None:
+    def _compare(self, dx: float, dy: float, trust: float) -> None:
+        """Compare a step with its prediction."""
+        ahead = self._drift
+        if self.is_known:
+            ahead = (
+                self.speed * math.cos(self.theta),
+                self.speed * math.sin(self.theta),
+            )
+        off = (dx - ahead[0], dy - ahead[1])
+        squared = off[0] ** 2 + off[1] ** 2
+        self._squared_error += ERROR_GAIN * trust * (squared - self._squared_error)
+        gain = BIAS_GAIN * trust
+        self._bias = _blend(self._bias, off, gain)
+        self._drift = _blend(self._drift, (dx, dy), SPEED_GAIN * trust)
+
+    def _start(self, x: float, y: float) -> None:
+        """Set the course once the net displacement is well above the jitter."""
+        self._frames += 1
+        dx, dy = x - self.x, y - self.y
+        net = math.hypot(dx, dy)
+        noise = self.jitter * math.sqrt(self._squared_error * self._frames)
+        if self._frames >= WARM_UP_FRAMES and net > max(self.start_px, noise):
+            self.theta = math.atan2(dy, dx)
+            self.speed = net / self._frames
+            self.x, self.y = x, y
+            self.disagreement = FIRST_DISAGREEMENT
+            self._bias = (0.0, 0.0)
+
+    def _turn(self, measured: float, trust: float) -> None:
         """Move theta by one step of the approximate median towards a measured angle."""
         turn = wrap(measured - self.theta)
-        self.theta = wrap(self.theta + max(-MEDIAN_STEP, min(MEDIAN_STEP, turn)))
+        disagrees = 1.0 if abs(turn) > self.tolerance else 0.0
+        gain = DISAGREEMENT_GAIN * trust
+        self.disagreement += gain * (disagrees - self.disagreement)
+        step = MEDIAN_STEP * trust
+        self.theta = wrap(self.theta + max(-step, min(step, turn)))
+
+    def forget_if_wrong(self) -> None:
+        """Make the course unknown where steps disagree with it and it has no speed."""
+        if not self.is_known:
+            return
+        if self.speed < 1e-3 and self.disagreement > FORGET_DISAGREEMENT:
+            self.theta = math.nan
+            self._frames = 0
+
+
+def _blend(
+    old: tuple[float, float], new: tuple[float, float], share: float
+) -> tuple[float, float]:
+    return old[0] + share * (new[0] - old[0]), old[1] + share * (new[1] - old[1])

@@ -1,0 +1,170 @@
+"""The state of a particle filter, and its compiled step from frame to frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.trackers.parts import filter_kernel
+from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+
+__all__ = ["FilterStep"]
+
+REGION_CELLS = 1 << 18  # 512 x 512; coarser cells beyond
+CELLS_ACROSS = 20  # of the target, in the grey levels that structure is compared in
+
+
+class FilterStep:
+    """Cloud of a particle filter, measured by colour and by structure.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+        First frame.
+    ellipse : (4,) float, px
+        The target in it: centre x, y and half axes Hx, Hy.
+    particles : int
+        N.
+    likelihood : ColourLikelihood
+        Of the target; it counts the particles that are measured here.
+    sigma : float
+        Standard deviation of the distance, eq. 4.
+    structure : float, in [0, 1]
+        Weight of the structure in the similarity, against the colours.
+    scale_range : (2,) float
+        Bounds on the half axes, relative to the first.
+    min_half_axis : float, px
+
+    Attributes
+    ----------
+    cloud : (N, 4) float, px
+        Centre x, y and half axes Hx, Hy.
+    weights : (N,) float
+        Normalised.
+    mean : (4,) float, px
+        Weighted mean of the cloud.
+    motion : dict from str to float
+        What `filter_kernel.MOTION` lists; set before `advance`.
+    fallback : bool
+        Whether no particle passed the gate in the last step, so that all were measured.
+    best, similarity, colour : float
+        Similarity of the best particle; mean similarity under the weights, and that of
+        the colours alone.
+
+    Notes
+    -----
+    Structure is the normalised correlation of grey levels at the sample points with
+    those of a template, 0 where negative. It tells a target without colours from an
+    equally grey road, which a histogram cannot. The template starts as the target of
+    the first frame; `learn` blends the current one into it.
+    """
+
+    def __init__(
+        self,
+        image: NDArray[np.uint8],
+        ellipse: NDArray[np.float64],
+        *,
+        particles: int,
+        likelihood: ColourLikelihood,
+        sigma: float,
+        structure: float,
+        scale_range: tuple[float, float],
+        min_half_axis: float,
+    ) -> None:
+        self._likelihood = likelihood
+        self._structure = structure
+        self.mean = ellipse.copy()
+        self.cloud = np.tile(ellipse, (particles, 1))
+        self.weights = np.full(particles, 1.0 / particles)
+        self.motion = dict.fromkeys(filter_kernel.MOTION, 0.0)
+        self.motion["precision"] = 1.0 / (2.0 * sigma**2)
+        self.motion["floor"] = -math.inf
+        low = np.maximum(ellipse[2:] * scale_range[0], min_half_axis)
+        extent = image.shape[1::-1]
+        self._limits = np.array([*extent, *low, *(ellipse[2:] * scale_range[1])])
+        self._next = (np.empty((particles, 4)), np.empty(particles))
+        self._noise = np.empty((particles, 4))
+        self._outcome = np.zeros(3)
+        self._set_up_cues(particles)
+        self._start(image)
+
+    def _set_up_cues(self, particles: int) -> None:
+        """Lay out what the kernel reads, and the space that it works in."""
+        likelihood = self._likelihood
+        disc, ring = len(likelihood.samples), len(likelihood.ring)
+        support = np.flatnonzero(likelihood.reference)
+        self._template = np.zeros(disc, np.float32)
+        self._patch = np.zeros(disc, np.float32)
+        cue = [likelihood.surround, likelihood.first_around, self._structure]
+        self._cues = (
+            np.concatenate([likelihood.samples, likelihood.ring]),
+            disc,
+            np.array(cue),
+            support,
+            np.sqrt(likelihood.reference[support]),
+            np.sqrt(np.arange(disc + 1) / disc),
+            np.sqrt(np.arange(ring + 1) / ring),
+            self._template,
+        )
+        self._space = (
+            np.zeros(REGION_CELLS, np.uint16),
+            np.zeros(REGION_CELLS, np.float32),
+            np.zeros(disc + ring, np.int32),
+            np.zeros(filter_kernel.OUTSIDE + 1, np.int32),
+        )
+        self._factors = np.ones(particles)
+        self._measured = np.zeros((2, particles))
+
+    def _start(self, image: NDArray[np.uint8]) -> None:
+        """Take the first template, and measure the target by itself."""
+        first = self.mean.copy()
+        self._noise[:] = 0.0
+        for _ in range(2):  # the second time with the template
+            self._step(image)
+            self.learn(1.0)
+        self.mean = first
+        self.cloud = np.tile(first, (len(self.cloud), 1))
+
+    def advance(self, image: NDArray[np.uint8], rng: np.random.Generator) -> int:
+        """Make one step into a frame; return how many particles were measured."""
+        self.motion["offset"] = rng.random()
+        rng.standard_normal(out=self._noise)
+        measured = self._step(image)
+        self._likelihood.evaluations += measured
+        return measured
+
+    def learn(self, share: float) -> None:
+        """Blend the structure at the mean of the last step into the template."""
+        if self._structure > 0.0:
+            filter_kernel.blend(self._patch, share, self._template)
+
+    def _step(self, image: NDArray[np.uint8]) -> int:
+        """Make one step with the noise as it is, and swap the clouds."""
+        across = 2.0 * math.sqrt(self.mean[2] * self.mean[3]) / CELLS_ACROSS
+        self.motion["cell"] = max(1, round(across)) if self._structure > 0.0 else 1
+        moved, weights = self._next
+        measured, self.fallback = filter_kernel.step(
+            image,
+            self._likelihood.table,
+            self.cloud,
+            self.weights,
+            self._noise,
+            np.array(list(self.motion.values())),
+            self._limits,
+            *self._cues,
+            *self._space,
+            moved,
+            weights,
+            self._factors,
+            self._measured[0],
+            self._measured[1],
+            self.mean,
+            self._patch,
+            self._outcome,
+        )
+        self._next = (self.cloud, self.weights)
+        self.cloud, self.weights = moved, weights
+        self.best, self.similarity, self.colour = self._outcome.tolist()
+        return int(measured)
