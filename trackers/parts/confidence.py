@@ -9,7 +9,8 @@ __all__ = ["Confidence"]
 RISE = 0.05  # of the level per frame, towards a higher similarity
 FALL = 0.02  # and a lower one: slowly, since an occlusion is no new level
 LOST = 0.6  # of the level
-TRUSTED = 0.9  # of the level: above it a frame counts in full
+DOUBTED = 0.75  # of the level: below it a frame does not count
+TRUSTED = 0.95  # of the level: above it a frame counts in full
 LEARNT = 0.8  # of the level: below it nothing is learned
 
 
@@ -27,7 +28,7 @@ class Confidence:
     lost : int
         Frames for which the best similarity has been below `LOST` times the level.
     trust : float, in [0, 1]
-        How much the last frame says about the motion: 0 at `LOST` times the level, 1
+        How much the last frame says about the motion: 0 at `DOUBTED` times the level, 1
         from `TRUSTED` times on; 0 where the target was found again, since the way there
         is no motion.
     may_learn : bool
@@ -49,7 +50,7 @@ class Confidence:
             self.trust, self.may_learn = 0.0, False
             return
         self.lost = 0
-        self.trust = min((ratio - LOST) / (TRUSTED - LOST), 1.0)
+        self.trust = min(max((ratio - DOUBTED) / (TRUSTED - DOUBTED), 0.0), 1.0)
         if was_lost:
             self.trust = 0.0
         self.level = _follow(self.level, best)
