@@ -95,15 +95,19 @@ class FilterStep:
         likelihood = self._likelihood
         disc, ring = len(likelihood.samples), len(likelihood.ring)
         support = np.flatnonzero(likelihood.reference)
+        slots = np.zeros(len(likelihood.reference), np.uint16)
+        slots[support] = 1 + np.arange(len(support))
         self._template = np.zeros(disc, np.float32)
         self._patch = np.zeros(disc, np.float32)
         cue = [likelihood.surround, likelihood.first_around, self._structure]
         self._cues = (
-            np.concatenate([likelihood.samples, likelihood.ring]),
+            np.ascontiguousarray(
+                np.concatenate([likelihood.samples, likelihood.ring]).T
+            ),
             disc,
             np.array(cue),
-            support,
-            np.sqrt(likelihood.reference[support]),
+            slots,
+            np.sqrt([0.0, *likelihood.reference[support]]),
             np.sqrt(np.arange(disc + 1) / disc),
             np.sqrt(np.arange(ring + 1) / ring),
             self._template,
@@ -112,7 +116,7 @@ class FilterStep:
             np.zeros(REGION_CELLS, np.uint16),
             np.zeros(REGION_CELLS, np.float32),
             np.zeros(disc + ring, np.int32),
-            np.zeros(filter_kernel.OUTSIDE + 1, np.int32),
+            np.zeros((2, len(support) + 1), np.int32),
         )
         self._factors = np.ones(particles)
         self._measured = np.zeros((2, particles))
