@@ -49,6 +49,8 @@ _BETTER: Final = {
     "center_error_px": -1,
 }
 
+_WHOLE: Final = {"error", "particles", "fps"}
+"""Columns that do not wrap where the terminal is narrow: numbers without interval."""
 _TABLE: Final[dict[str, Any]] = {
     "box": SIMPLE_HEAD,
     "padding": (0, 1, 0, 0),
@@ -111,14 +113,15 @@ def score_table(scores: Scores) -> Table:
     caption = (
         "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
         "success curve, error in px at the centre, particles per frame, frames/s\n"
-        f"below: 95 % interval of the mean, or with fewer than {LEAST_COUNT} seeds "
-        '"n too small" and the range\n'
+        f"below: 95 % interval of the mean; with fewer than {LEAST_COUNT} seeds "
+        "(n too small) there is none, and the range stands there\n"
         "bold: no other is shown to be better (if seeds suffice); = : does not "
         "discriminate, as 'still' ties the best"
     )
-    table = Table("scenario", "tracker", caption=caption, **_TABLE)
+    table = Table("scenario", caption=caption, **_TABLE)
+    table.add_column("tracker", overflow="fold")
     for title, _ in SCORE_COLUMNS.values():
-        table.add_column(title, justify="right")
+        table.add_column(title, justify="right", no_wrap=title in _WHOLE)
     means = summary(scores.runs, list(SCORE_COLUMNS))
     for place, rows in means.groupby(["scenario", "variant"], sort=False):
         if len(table.rows):
@@ -130,13 +133,23 @@ def score_table(scores: Scores) -> Table:
             measure: contest(instance_table(of_place, measure), _BETTER.get(measure, 0))
             for measure in SCORE_COLUMNS
         }
-        for _, row in rows.iterrows():
+        for index, (_, row) in enumerate(rows.iterrows()):
             cells = [
                 _score_cell(row, measure, contests[measure])
                 for measure in SCORE_COLUMNS
             ]
-            table.add_row(_cell(name), _cell(row["tracker"]), *cells)
+            place_cell = _cell(name)
+            if index == 0:
+                place_cell.append(_count(int(row["seeds"])), "dim")
+            table.add_row(place_cell, _cell(row["tracker"]), *cells)
     return table
+
+
+def _count(seeds: int) -> str:
+    """Return the number of instances, and whether they are too few for intervals."""
+    from simbench.evaluation.intervals import LEAST_COUNT
+
+    return f"\nn = {seeds}" + ("\ntoo small" if seeds < LEAST_COUNT else "")
 
 
 def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
@@ -150,11 +163,11 @@ def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
     low, high, least, most = (
         row[f"{measure}.{part}"] for part in ("low", "high", "min", "max")
     )
-    interval = ""
     if is_share(measure):
         interval = describe_interval(low, high, least, most, 2)
-    if interval:
-        cell.append("\n" + interval.replace(", ", "\n", interval.count("small")), "dim")
+        if interval.startswith("n too small, "):  # which stands beside the scenario
+            interval = f"{least:.2f} – {most:.2f}"
+        cell.append(f"\n{interval}" if interval else "", "dim")
     return cell
 
 
