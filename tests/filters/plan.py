@@ -170,7 +170,7 @@ def seconds(runs: Iterable[Run], frames_to_generate: int = 0) -> float:
     read = set()
     for run in runs:
         if run.spec != BASELINE:
-            a_frame = _DSP_S if run.spec.startswith("dsp") else _COLOUR_S
+            a_frame = _DSP_S if run.tracker == "dsp" else _COLOUR_S
             whole += run.clip.frames * a_frame
         whole += _SCORE_S
         read.add((run.clip.label, run.commit, run.clip.frames))

@@ -12,6 +12,7 @@ import pytest
 from simbench.core.errors import SimbenchError
 from simbench.datasets.formats.readers.annotation import Place, ReadOptions
 from simbench.experiments.clips import Clip
+from simbench.trackers.find_tracker import find_tracker
 from tests.filters.page import Origin, page
 from tests.filters.plan import Plan, read_tuned, seconds
 from tests.filters.tables import loss_table, mend_table, overlap_table, table_of
@@ -146,6 +147,11 @@ def test_every_filter_runs_before_now_and_by_the_paper_on_films_and_clips() -> N
     assert len(by_clip[0]) == len(by_clip[1]) + len(MENDS)
     assert len(by_clip[None]) == 1 + 3 * (3 * len(FILTERS) + len(MENDS))
     assert seconds(runs, 200) > 30.0
+
+
+def test_every_listed_specification_is_accepted_by_the_present_commit() -> None:
+    for spec in Plan().specs()["now"]:
+        assert find_tracker(spec).is_builtin
 
 
 def test_settings_tuned_without_a_clip_are_read_and_must_be_of_clips(
