@@ -56,9 +56,10 @@ _NOTES: Final = (
     "p: two-sided sign-flip test, corrected for all comparisons of the scenario (Holm)",
     "effect: mean by standard deviation of the differences; wins: share of instances "
     "in which the first is better",
-    "needed: instances to see a difference of {practical:g} with a power of 0.8",
-    "better, worse: shown at 5 %, and at least {practical:g}; equal: the interval is "
-    "within {practical:g}; open: neither is shown",
+    "needed: instances to see a difference as small as {practical:g}, should there be "
+    "one, with a power of 0.8",
+    "better, worse: the first is so, shown at 5 % and by at least {practical:g}; equal: "
+    "the interval is within {practical:g}; open: neither is shown",
 )
 _LATEX: Final = str.maketrans(
     {
