@@ -18,7 +18,7 @@ def ramp(angle: float, step: float = 5.0) -> NDArray[np.uint8]:
     """Return a plane whose levels rise in a direction, (24, 24)."""
     rows, columns = np.mgrid[0:24, 0:24] - 11.5
     rise = np.cos(angle) * columns + np.sin(angle) * rows
-    return np.round(128.0 + step * rise).astype(np.uint8)
+    return np.asarray(np.round(128.0 + step * rise), np.uint8)
 
 
 def test_shape_is_31_channels_by_whole_cells() -> None:
