@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -11,12 +9,8 @@ from numpy.typing import NDArray
 from simbench.core.box import Box, centers, overlap
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.directional import Directional, directional_45, directional_90
-from simbench.trackers.dsp import DynamicSwarmParticle
 from simbench.trackers.find_tracker import find_tracker
 from simbench.trackers.parts import colour_histogram, colour_likelihood
-from simbench.trackers.parts.appearance import Appearance
-from simbench.trackers.parts.patches import normalised_patches
-from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.still import Still
 from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
 
@@ -151,80 +145,3 @@ def test_cloud_is_kept_only_on_request(name: str, crossing: Clip) -> None:
         assert cloud is not None
         assert cloud.shape[1] == 3
         assert cloud[:, 2].sum() == pytest.approx(1.0)
-
-
-def test_swarm_evaluates_whole_rounds_up_to_its_limit(crossing: Clip) -> None:
-    tracker = DynamicSwarmParticle(particles=10, iterations=5, stop=1.1)
-    box = Box.from_array(crossing.boxes[0])
-    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
-    tracker.update(crossing.frames[1])
-    # The confidence never reaches 1.1: both states and five swarm steps.
-    assert tracker.update(crossing.frames[2]).particles == 10 * (2 + 5)
-
-
-def test_confident_swarm_stops_after_one_round(crossing: Clip) -> None:
-    tracker = DynamicSwarmParticle(particles=10, stop=0.0)
-    box = Box.from_array(crossing.boxes[0])
-    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
-    tracker.update(crossing.frames[1])
-    assert tracker.update(crossing.frames[2]).particles == 10
-
-
-def test_swarm_moves_particles_to_its_best(rng: np.random.Generator) -> None:
-    states = np.tile(np.array([[20.0, 0.0, 0.0], [0.0, 20.0, 0.0]]), (30, 1, 1))
-    states[:, :, 2] = rng.normal(0.0, 20.0, (30, 2))
-    target = np.array([5.0, -3.0])
-
-    def confidences(states: NDArray[np.float64]) -> NDArray[np.float64]:
-        squared = np.sum((states[:, :, 2] - target) ** 2, axis=1)
-        return np.asarray(np.exp(-squared / 800.0))
-
-    swarm = Swarm.start(states, confidences(states))
-    before = np.linalg.norm(swarm.best[:, 2] - target)
-    for _ in range(20):
-        swarm.move(inertia=0.73, own=2.05, common=2.05, rng=rng)
-        swarm.remember(confidences(swarm.states))
-    after = np.linalg.norm(swarm.best[:, 2] - target)
-    assert after < 0.5 < before
-
-
-def test_confidence_falls_away_from_the_target(
-    crossing: Clip, rng: np.random.Generator
-) -> None:
-    x, y = centers(crossing.boxes[0]).tolist()
-    width, height = crossing.boxes[0, 2:].tolist()
-    state = np.array([[width, 0.0, x], [0.0, height, y]])
-    appearance = Appearance(
-        crossing.frames[0].image,
-        state,
-        hidden=100,
-        structure=0.4,
-        surround=1.0,
-        background=0.0,
-        rng=rng,
-    )
-    states = np.tile(state, (4, 1, 1))
-    states[:, 0, 2] += width * np.array([0.0, 0.2, 0.5, 2.0])
-    confidences = appearance.confidences(crossing.frames[0].image, states)
-    assert appearance.evaluations == 4
-    assert confidences[0] > 0.85
-    assert np.all(np.diff(confidences) < -0.1)
-    assert confidences[-1] < 0.4
-
-
-def test_patch_is_normalised_and_invariant_to_brightness(
-    rng: np.random.Generator,
-) -> None:
-    image = rng.integers(0, 120, (60, 80, 3), dtype=np.uint8)
-    state = np.array([[[32.0, 0.0, 40.0], [0.0, 32.0, 30.0]]])
-    patch = normalised_patches(image, state)[0]
-    assert patch.mean() == pytest.approx(0.0, abs=1e-6)
-    assert math.sqrt(float(patch @ patch)) == pytest.approx(1.0, abs=1e-5)
-    brighter = normalised_patches((2 * image + 10).astype(np.uint8), state)[0]
-    assert float(patch @ brighter) > 0.999
-
-
-def test_flat_patch_is_all_zero() -> None:
-    image = np.full((60, 80, 3), 90, np.uint8)
-    state = np.array([[[32.0, 0.0, 40.0], [0.0, 32.0, 30.0]]])
-    assert not normalised_patches(image, state).any()

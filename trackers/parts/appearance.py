@@ -1,75 +1,191 @@
-"""Appearance model of the swarm: confidence that a state contains the target."""
+"""Appearance models of the swarm: confidence that a state contains the target."""
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.trackers.parts.affine_group import compose, exp
-from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.colour_posterior import ColourPosterior
 from simbench.trackers.parts.extreme_learning import ExtremeLearningMachine
-from simbench.trackers.parts.patches import PATCH_SIDE, normalised_patches
+from simbench.trackers.parts.patches import Region, gradient_patches, grey_patches
 
-__all__ = ["Appearance", "ellipses_of"]
+__all__ = ["Appearance", "MachineAppearance", "TemplateAppearance"]
 
+TEMPLATE_SIDE = 12
+FULL_CORRELATION = 0.8  # with the template, of a well-placed state some frames later
+MACHINE_SIDE = 32  # px (DSP, section 3.3)
 LABEL_SD = 0.25  # boxes: fall-off of the label, wide enough to give a gradient
-FULL_BLEND = 0.9  # value of a well-placed state some frames after the first
-COLOUR_SAMPLES = 256
 FIRST_PATCHES, LATER_PATCHES = 400, 60
-COLOUR_SHARE = 0.1
 RIDGE, MEMORY = 0.1, 0.9
+AROUND = np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])  # a state that reaches further
+FAR_AROUND = 2.5 * AROUND  # the states that colour is tried on in the first frame
 
 
-def ellipses_of(states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the ellipses inscribed in affine states.
+class Appearance(ABC):
+    """Confidence that affine states contain the target, in one frame at a time.
 
     Parameters
     ----------
-    states : (N, 2, 3) float, px
+    side : int
+        Samples along each side of the patches it cuts.
 
-    Returns
-    -------
-    (N, 4) float, px
-        Centre x, y and half axes: half the lengths of the two sides. Tilt is ignored.
+    Attributes
+    ----------
+    evaluations : int
+        States evaluated so far, training patches excluded.
     """
-    sides = np.hypot(states[:, 0, :2], states[:, 1, :2])
-    return np.concatenate([states[:, :, 2], sides / 2.0], axis=1)
+
+    def __init__(self, side: int) -> None:
+        self.evaluations = 0
+        self._side = side
+        self._image: NDArray[np.uint8] = np.zeros((1, 1, 3), np.uint8)
+        self._region: Region | None = None
+
+    def look_at(self, image: NDArray[np.uint8], state: NDArray[np.float64]) -> None:
+        """Take the next frame, to be evaluated and learnt.
+
+        Parameters
+        ----------
+        image : (H, W, 3) uint8, RGB
+        state : (2, 3) float, px
+            Of about the size of the target: the frame is shrunk to its scale.
+        """
+        sides = np.hypot(state[0, :2], state[1, :2])
+        self._step = np.maximum(sides / self._side, 1.0)
+        self._image, self._region = image, None
+
+    @abstractmethod
+    def confidences(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N,) confidences in [0, 1] of (N, 2, 3) states, and count them."""
+
+    @abstractmethod
+    def learn(self, state: NDArray[np.float64]) -> None:
+        """Update the model with the target's appearance at a reliable state."""
+
+    @abstractmethod
+    def learn_background(self, state: NDArray[np.float64]) -> None:
+        """Update the model with what surrounds the target at a likely state."""
+
+    def _covering(self, states: NDArray[np.float64]) -> Region:
+        """Return a region of the frame that covers the states and all earlier ones."""
+        region = self._region
+        if region is None:
+            region = Region(self._image, states, self._step)
+        elif not region.covers(self._image, states):
+            region = Region(self._image, states, self._step, region.bounds)
+        self._region = region
+        return region
 
 
-class Appearance:
-    """Confidence that affine states contain the target, from structure and colour.
+class TemplateAppearance(Appearance):
+    """Two templates of soft gradients, and colours told from their surroundings.
 
-    An extreme learning machine on normalised grey patches measures structure, the
-    colour likelihood measures colour. The machine alone has a sharp maximum but false
-    maxima far off; colour alone is smooth and recovers a lost target, but does not
-    separate it from similar cars beside it. The blend separates them and keeps a
-    gradient towards the target.
+    Structure is the correlation with the template of the first frame, which does not
+    drift, and with one that is blended with later frames, which follows the target as
+    it turns. Colour is the score of `ColourPosterior`.
 
     Parameters
     ----------
     image : (H, W, 3) uint8, RGB
         First frame.
     state : (2, 3) float, px
-        State of the target there: maps the unit square [-0.5, 0.5]^2 to the image.
+        The target there: maps the unit square [-0.5, 0.5]^2 to the image.
+    structure : float, in [0, 1]
+        Weight of structure in the confidence; the remainder is colour.
+    balance : bool
+        Whether colour gives up weight to structure as far as it does not tell the
+        target from its surroundings in the first frame; in grey video it hardly does.
+    first_share : float, in [0, 1]
+        Weight of the first frame's template in structure.
+    template_gain, colour_gain, background_gain : float, in [0, 1]
+        Weight of a new frame in the template, in the target's and in its
+        surroundings' colours.
+
+    Notes
+    -----
+    Soft gradients keep their correlation where light and shade change. With the
+    first frame's template alone the best of 240 states around the target overlaps it
+    by .84 on OTB's Car4, by .10 with normalised grey levels.
+    """
+
+    def __init__(
+        self,
+        image: NDArray[np.uint8],
+        state: NDArray[np.float64],
+        *,
+        structure: float,
+        balance: bool,
+        first_share: float,
+        template_gain: float,
+        colour_gain: float,
+        background_gain: float,
+    ) -> None:
+        super().__init__(TEMPLATE_SIDE)
+        self._gains = (template_gain, colour_gain, background_gain)
+        self._first_share = first_share
+        self.look_at(image, state)
+        region = self._covering(compose(state, exp(FAR_AROUND))[None])
+        self._colour = ColourPosterior(region, state)
+        self._first = gradient_patches(region, state[None], self._side)[0]
+        self._template = self._first.copy()
+        self._blend()
+        believed = self._colour.separation if balance else 1.0
+        self.colour_weight = (1.0 - structure) * believed
+        self._structure_weight = 1.0 - self.colour_weight if balance else structure
+
+    def confidences(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N,) confidences in [0, 1] of (N, 2, 3) states, and count them."""
+        self.evaluations += len(states)
+        region = self._covering(states)
+        patches = gradient_patches(region, states, self._side)
+        structure = np.clip(patches @ self._matched, 0.0, 1.0)
+        colour = self._colour.scores(region, states)
+        return self._structure_weight * structure + self.colour_weight * colour
+
+    def learn(self, state: NDArray[np.float64]) -> None:
+        """Update template and colours with the target's appearance at a state."""
+        region = self._covering(state[None])
+        patch = gradient_patches(region, state[None], self._side)[0]
+        self._template += self._gains[0] * (patch - self._template)
+        self._template /= max(float(np.linalg.norm(self._template)), 1e-6)
+        self._blend()
+        region = self._covering(compose(state, exp(AROUND))[None])
+        self._colour.learn(region, state, *self._gains[1:])
+
+    def learn_background(self, state: NDArray[np.float64]) -> None:
+        """Update the colours around the target at a likely state."""
+        region = self._covering(compose(state, exp(AROUND))[None])
+        self._colour.learn(region, state, 0.0, self._gains[2])
+
+    def _blend(self) -> None:
+        """Set what patches are correlated with: both templates at once."""
+        blend = self._first_share * self._first
+        blend += (1.0 - self._first_share) * self._template
+        self._matched = blend / FULL_CORRELATION
+
+
+class MachineAppearance(Appearance):
+    """Extreme learning machine on normalised grey patches, the paper's layer.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8, RGB
+        First frame.
+    state : (2, 3) float, px
+        The target there: maps the unit square [-0.5, 0.5]^2 to the image.
     hidden : int
         Hidden units of the machine.
-    structure : float, in [0, 1]
-        Weight of the machine; the remainder is colour.
-    surround, background : float
-        As for the colour likelihood.
     rng : numpy.random.Generator
         Source of the hidden layer and of the training offsets.
-
-    Attributes
-    ----------
-    evaluations : int
-        States evaluated so far, training patches excluded.
 
     References
     ----------
     Jati, Gunawan et al., "Dynamic swarm particle for fast motion vehicle tracking",
     ETRI Journal 2020 (DSP), section 3.3. Patches go to the machine directly, where
-    the paper uses a trained auto-encoder first; the blend with colour is added here.
+    the paper uses a trained auto-encoder first.
     """
 
     def __init__(
@@ -78,46 +194,30 @@ class Appearance:
         state: NDArray[np.float64],
         *,
         hidden: int,
-        structure: float,
-        surround: float,
-        background: float,
         rng: np.random.Generator,
     ) -> None:
-        self.evaluations = 0
+        super().__init__(MACHINE_SIDE)
         self._rng = rng
-        self._structure = structure
-        self._colour = ColourLikelihood(
-            image,
-            ellipses_of(state[None])[0],
-            samples=COLOUR_SAMPLES,
-            sigma=1.0,  # only similarities are used
-            surround=surround,
-            background=background,
-        )
         self._machine = ExtremeLearningMachine(
-            PATCH_SIDE**2, hidden=hidden, ridge=RIDGE, memory=MEMORY, rng=rng
+            MACHINE_SIDE**2, hidden=hidden, ridge=RIDGE, memory=MEMORY, rng=rng
         )
-        self._train(image, state, FIRST_PATCHES)
+        self.look_at(image, state)
+        self._train(state, FIRST_PATCHES)
 
-    def confidences(
-        self, image: NDArray[np.uint8], states: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def confidences(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N,) confidences in [0, 1] of (N, 2, 3) states, and count them."""
         self.evaluations += len(states)
-        colour = self._colour.similarities(image, ellipses_of(states))
-        structure = self._machine.predict(normalised_patches(image, states))
-        blend = self._structure * np.clip(structure, 0.0, 1.0)
-        blend += (1.0 - self._structure) * colour
-        return np.clip(blend / FULL_BLEND, 0.0, 1.0)
+        patches = grey_patches(self._covering(states), states, self._side)
+        return np.asarray(np.clip(self._machine.predict(patches), 0.0, 1.0))
 
-    def learn(self, image: NDArray[np.uint8], state: NDArray[np.float64]) -> None:
-        """Update the model with the target's appearance at a reliable state."""
-        self._colour.learn(image, ellipses_of(state[None])[0], COLOUR_SHARE)
-        self._train(image, state, LATER_PATCHES)
+    def learn(self, state: NDArray[np.float64]) -> None:
+        """Train the machine on patches at, around and away from a reliable state."""
+        self._train(state, LATER_PATCHES)
 
-    def _train(
-        self, image: NDArray[np.uint8], state: NDArray[np.float64], count: int
-    ) -> None:
+    def learn_background(self, state: NDArray[np.float64]) -> None:
+        """Learn nothing: the paper's machine learns both at once."""
+
+    def _train(self, state: NDArray[np.float64], count: int) -> None:
         """Train the machine on patches on, around and away from a state.
 
         A third each is sampled with a standard deviation of 0.1, 0.5 and 2 boxes; the
@@ -130,5 +230,6 @@ class Appearance:
         offsets[0] = 0.0
         squared = np.sum(offsets[:, 4:] ** 2, axis=1) + (2.0 * offsets[:, 0]) ** 2
         labels = np.exp(-squared / (2.0 * LABEL_SD**2))
-        patches = normalised_patches(image, compose(state, exp(offsets)))
+        states = compose(state, exp(offsets))
+        patches = grey_patches(self._covering(states), states, self._side)
         self._machine.learn(patches, labels)

@@ -14,6 +14,7 @@ __all__ = ["Swarm"]
 # Limits of one step, by mode E1 to E6: without them the attraction, which overshoots
 # by up to c1 + c2, deforms the shapes before the swarm has contracted.
 MAX_STEP = np.array([0.3, 0.1, 0.1, 0.05, 2.0, 2.0])
+NEAR = 0.5  # boxes
 
 
 @dataclass(slots=True)
@@ -78,6 +79,19 @@ class Swarm:
         steps = np.nan_to_num(steps, nan=0.0)
         self.velocities = np.clip(steps, -MAX_STEP, MAX_STEP)
         self.states = compose(self.states, exp(self.velocities))
+
+    def mean(self, width: float) -> NDArray[np.float64]:
+        """Return the mean, (2, 3) px, of the best states near the swarm's best.
+
+        Weights are ``exp((c - max c) / width)`` of the confidences c, and the mean is
+        taken in the Lie algebra at the best state, over states within `NEAR` boxes of
+        it: one state out of fifty is noisy, mostly in size.
+        """
+        best = self.best
+        offsets = np.nan_to_num(log(compose(inverse(best), self.best_states)))
+        weights = np.exp((self.best_confidences - self.best_confidence) / width)
+        weights *= np.hypot(offsets[:, 4], offsets[:, 5]) < NEAR
+        return compose(best, exp(weights @ offsets / weights.sum()))
 
     def remember(self, confidences: NDArray[np.float64]) -> None:
         """Update the best states with the (N,) confidences of the current states."""
