@@ -97,7 +97,7 @@ def _head(plan: Plan, films: pd.DataFrame, clips: pd.DataFrame, origin: Origin) 
             "# Filters: before, ours, and by the papers",
             "",
             f"`{origin.command}` writes this page. n: {', '.join(sizes)}; "
-            f"{plan.repetitions} tracker seeds on a clip, one on a film.",
+            f"tracker seeds on a clip: {plan.repetitions}, on a film: 1.",
             "",
             f"- **before**: the trackers of commit `{origin.before}`",
             f"- **ours**: those of `{origin.now}`",
@@ -114,7 +114,7 @@ def _head(plan: Plan, films: pd.DataFrame, clips: pd.DataFrame, origin: Origin) 
 
 
 def _means(title: str, plan: Plan) -> str:
-    ranges = f"; of one clip, over its {plan.repetitions} tracker seeds"
+    ranges = "; of one clip, over its tracker seeds"
     return (
         "Mean over instances, with its 95 % interval in [square brackets]; with fewer "
         f"than {LEAST_COUNT} there is none, and (round brackets) have the range"

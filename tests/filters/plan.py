@@ -24,7 +24,7 @@ _TUNED: Final = TypeAdapter(_Settings)
 LEFT_OUT: Final = "left out"
 _READ_S: Final = 0.013  # a frame of 720 x 480 px, once for each commit
 _SCORE_S: Final = 0.03
-_COLOUR_S, _DSP_S = 0.0013, 0.014  # a frame
+_COLOUR_S, _DSP_S = 0.002, 0.007  # a frame
 _GENERATE_S: Final = 0.17  # a frame: half of the films are solved for their dials
 
 
