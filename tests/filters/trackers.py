@@ -53,23 +53,38 @@ class Mend:
         return self.filter + self.off
 
 
-_PLAIN: Final = "@drift=false@surround=0@background=0"
+_PAPER: Final = "simbench.trackers.{}_paper"
 
 FILTERS: Final = (
-    Filter("condensation", f"condensation{_PLAIN}"),
-    Filter("directional-90", f"directional-90{_PLAIN}"),
-    Filter("directional-45", f"directional-45{_PLAIN}"),
-    Filter("directional-22", f"directional-22{_PLAIN}"),
-    Filter("dsp", "dsp@trust=0@smoothing=1"),
+    Filter("condensation", _PAPER.format("condensation:condensation")),
+    Filter("directional-90", _PAPER.format("directional:directional_90")),
+    Filter("directional-45", _PAPER.format("directional:directional_45")),
+    Filter("directional-22", _PAPER.format("directional:directional_22")),
+    Filter("dsp", _PAPER.format("dsp:dsp")),
+)
+
+_COLOUR_MENDS: Final = (
+    ("cloud at least as wide as a share of the box", "@position_noise=0"),
+    ("cloud as wide as recent predictions were wrong", "@error_noise=0"),
+    ("levels off and searches where the similarity falls", "@search=false"),
+    ("takes the camera's motion out of the course", "@camera_motion=false"),
+    ("grey levels beside the colours", "@structure=0"),
+    ("ring around the target", "@surround=0"),
+    ("colours of the background count less", "@background=0"),
 )
 
 MENDS: Final = (
     Mend("moves on along its course", "condensation", "@drift=false"),
-    Mend("ring around the target", "condensation", "@surround=0"),
-    Mend("colours of the background count less", "condensation", "@background=0"),
-    Mend("moves on along its course", "directional-45", "@drift=false"),
-    Mend("ring around the target", "directional-45", "@surround=0"),
-    Mend("colours of the background count less", "directional-45", "@background=0"),
-    Mend("distrusts a weak best state", "dsp", "@trust=0"),
+    *(Mend(name, "condensation", off) for name, off in _COLOUR_MENDS),
+    *(Mend(name, "directional-45", off) for name, off in _COLOUR_MENDS),
+    Mend("templates in the place of the machine", "dsp", "@appearance=machine"),
+    Mend("weighs colour by what it tells", "dsp", "@balance=false"),
+    Mend("expects its size", "dsp", "@size_prior=0@aspect_prior=0"),
+    Mend("accepts a part of a change of size", "dsp", "@size_gain=1"),
+    Mend("expects its place", "dsp", "@motion_prior=0"),
+    Mend("mean of the best states", "dsp", "@mean_width=0"),
+    Mend("distrusts a weak best state", "dsp", "@trust_none=0@trust_all=0"),
+    Mend("searches widely once lost", "dsp", "@search_below=0"),
     Mend("smooth velocity", "dsp", "@smoothing=1"),
+    Mend("dense middle of the cloud", "dsp", "@least_noise=1"),
 )
