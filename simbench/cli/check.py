@@ -23,8 +23,8 @@ from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import SimbenchError
 
 if TYPE_CHECKING:
-    from simbench.evaluation.baseline import Baseline
-    from simbench.evaluation.regression import Check
+    from simbench.evaluation.gate.baseline import Baseline
+    from simbench.evaluation.gate.regression import Check
     from simbench.experiments.regression_suite import Suite
     from simbench.experiments.run_suite import SuiteResult
 
@@ -104,7 +104,7 @@ def check(
     if update and not reason.strip():
         raise SimbenchError('--update needs --reason "why the scores change"')
     prepare_workers(jobs, "")
-    from simbench.evaluation.baseline import Baseline
+    from simbench.evaluation.gate.baseline import Baseline
 
     path = _baseline_path(suite, baseline)
     known = Baseline.read(path) if path.exists() or not update else None
@@ -216,7 +216,7 @@ def _update(
     console: Console,
 ) -> None:
     """Write a baseline of the suite: rows of the scores, and other earlier rows."""
-    from simbench.evaluation.baseline import Baseline
+    from simbench.evaluation.gate.baseline import Baseline
 
     made = Baseline.from_scores(
         result.scores,
@@ -241,7 +241,7 @@ def _compare(
     console: Console | None,
 ) -> None:
     """Print the comparison, as JSON without a console, and exit with status 0 or 1."""
-    from simbench.evaluation import gate_report, regression
+    from simbench.evaluation.gate import gate_report, regression
     from simbench.experiments.run_suite import write_worst_frames
 
     checks = regression.compare(
@@ -280,7 +280,7 @@ def _print(
     changed: Mapping[str, tuple[str, str]],
     videos: Mapping[str, Path],
 ) -> None:
-    from simbench.evaluation.gate_report import TABLE_HEADINGS, table_rows
+    from simbench.evaluation.gate.gate_report import TABLE_HEADINGS, table_rows
 
     if changed:
         names = ", ".join(changed)

@@ -18,7 +18,7 @@ from simbench.core.errors import SimbenchError
 if TYPE_CHECKING:
     import pandas as pd
 
-    from simbench.evaluation.comparison import Comparison
+    from simbench.evaluation.statistics.comparison import Comparison
 
 __all__ = ["compare"]
 
@@ -79,7 +79,7 @@ def compare(
     The tests are corrected for their number; a difference counts if it is shown and
     matters. Repetitions are averaged first.
     """
-    from simbench.evaluation.comparison import compare_runs, compare_trackers
+    from simbench.evaluation.statistics.comparison import compare_runs, compare_trackers
 
     if len(runs) > 2:
         raise SimbenchError(f"compare: expected one or two runs, got {len(runs)}")
@@ -133,9 +133,9 @@ def _sections(
     tables: Sequence[pd.DataFrame], measure: str, mark: str
 ) -> tuple[list[str], list[tuple[str, ...]]]:
     """Return headings and rows of the means of the (last) run, the best marked."""
-    from simbench.evaluation.comparison import contest, instance_table
-    from simbench.evaluation.intervals import describe_interval
-    from simbench.evaluation.statistics import is_share, spread
+    from simbench.evaluation.statistics.comparison import contest, instance_table
+    from simbench.evaluation.statistics.instance_statistics import is_share, spread
+    from simbench.evaluation.statistics.intervals import describe_interval
     from simbench.report.comparison_text import score_rows
     from simbench.report.text import scenario_name
 
@@ -192,7 +192,7 @@ def _write(
     measure: str,
     practical: float,
 ) -> None:
-    from simbench.evaluation.comparison import instance_table
+    from simbench.evaluation.statistics.comparison import instance_table
     from simbench.report import comparison_text as text
     from simbench.report.critical_difference import critical_difference, mean_ranks
 

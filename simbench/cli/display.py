@@ -18,8 +18,8 @@ from simbench.cli.time_left import TimeLeft, duration
 from simbench.core.text import printable
 
 if TYPE_CHECKING:
-    from simbench.evaluation.comparison import Contest
     from simbench.evaluation.scores import Scores
+    from simbench.evaluation.statistics.comparison import Contest
     from simbench.runtime.run_jobs import Progress as ReportProgress
 
 __all__ = [
@@ -106,9 +106,9 @@ def score_table(scores: Scores) -> Table:
     Shares have their interval on a second line; bold means that no other tracker is
     shown to be better.
     """
-    from simbench.evaluation.comparison import contest, instance_table
-    from simbench.evaluation.intervals import LEAST_COUNT
-    from simbench.evaluation.statistics import summary
+    from simbench.evaluation.statistics.comparison import contest, instance_table
+    from simbench.evaluation.statistics.instance_statistics import summary
+    from simbench.evaluation.statistics.intervals import LEAST_COUNT
 
     caption = (
         "means over seeds: precision at 20 px, success at overlap 0.5, area under the "
@@ -147,15 +147,15 @@ def score_table(scores: Scores) -> Table:
 
 def _count(seeds: int) -> str:
     """Return the number of instances, and whether they are too few for intervals."""
-    from simbench.evaluation.intervals import LEAST_COUNT
+    from simbench.evaluation.statistics.intervals import LEAST_COUNT
 
     return f"\nn = {seeds}" + ("\ntoo small" if seeds < LEAST_COUNT else "")
 
 
 def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
     """Return a mean with its interval; bold if no other is shown to be better."""
-    from simbench.evaluation.intervals import describe_interval
-    from simbench.evaluation.statistics import is_share
+    from simbench.evaluation.statistics.instance_statistics import is_share
+    from simbench.evaluation.statistics.intervals import describe_interval
 
     is_best = row["tracker"] in contest.best
     number = _number(row[f"{measure}.mean"], SCORE_COLUMNS[measure][1])

@@ -22,7 +22,7 @@ from simbench import __version__
 from simbench.core.text import printable
 
 if TYPE_CHECKING:
-    from simbench.evaluation.regression import Check
+    from simbench.evaluation.gate.regression import Check
     from simbench.experiments.run import RunResult
     from simbench.runtime.doctor import Diagnosis
 
@@ -77,7 +77,7 @@ def write_json(command: str, facts: Mapping[str, Any]) -> None:
 def run_facts(result: RunResult) -> dict[str, Any]:
     """Return what ``run`` and ``evaluate`` print: means, failures, and the report."""
     from simbench.cli.display import SCORE_COLUMNS
-    from simbench.evaluation.statistics import summary
+    from simbench.evaluation.statistics.instance_statistics import summary
 
     means = summary(result.scores.runs, list(SCORE_COLUMNS))
     keys = ("scenario", "variant", "tracker")

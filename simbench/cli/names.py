@@ -61,9 +61,9 @@ LAYOUTS: Final = (
 CHANNELS: Final = ("depth", "flow")
 """As `simbench.datasets.channels.CHANNELS`."""
 RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
-"""As `simbench.evaluation.rules.RULES`."""
+"""As `simbench.evaluation.measures.rules.RULES`."""
 PROTOCOLS: Final = ("ope", "tre", "sre", "restart", "multistart")
-"""As `simbench.evaluation.protocols.PROTOCOLS`."""
+"""As `simbench.evaluation.protocols.starts.PROTOCOLS`."""
 
 _YAML: Final = (".yaml", ".yml")
 

@@ -126,7 +126,7 @@ def show_result(
 
 def print_protocol(console: Console, scores: Scores) -> None:
     """Print the scores by a protocol of VOT, and by whose rules the shares are."""
-    from simbench.evaluation.protocol_scores import protocol_table
+    from simbench.evaluation.protocols.protocol_scores import protocol_table
 
     found = protocol_table(scores)
     if found is not None:

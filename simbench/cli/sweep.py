@@ -32,7 +32,7 @@ from simbench.cli.names import (
 from simbench.cli.run import DEFAULT_TRACKERS, execute_request, finish, run_folder
 
 if TYPE_CHECKING:
-    from simbench.evaluation.sweep_scores import SweepScores
+    from simbench.evaluation.statistics.sweep_scores import SweepScores
     from simbench.experiments.request import Request
     from simbench.experiments.run import RunResult
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from simbench.evaluation.attributes import ATTRIBUTES
+from simbench.evaluation.measures.attributes import ATTRIBUTES
 
 __all__ = ["EXPLAINED"]
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.evaluation import measures
-from simbench.evaluation.attributes import attributes
-from simbench.evaluation.failure_kinds import failure_kinds
-from simbench.evaluation.road_position import road_motion
-from simbench.evaluation.rules import RULES, Judged, Rules, RunBoxes
+from simbench.evaluation.measures import track_measures
+from simbench.evaluation.measures.attributes import attributes
+from simbench.evaluation.measures.failure_kinds import failure_kinds
+from simbench.evaluation.measures.road_position import road_motion
+from simbench.evaluation.measures.rules import RULES, Judged, Rules, RunBoxes
 from simbench.evaluation.score_columns import FRAME_TYPES, typed
 
 __all__ = ["frame_table", "frame_times", "judge_again", "measured", "run_boxes"]
@@ -129,20 +129,20 @@ def measured(
     seconds = frames["seconds"].to_numpy()
     updates = seconds[1:][np.isfinite(seconds[1:])]
     answered = frames["left"].notna() | frames["said_absent"]
-    least, mean = measures.particle_usage(
+    least, mean = track_measures.particle_usage(
         frames["particles"].to_numpy(), answered.to_numpy(np.bool_)
     )
     return {
-        "precision_20": measures.precision(errors),
-        "success_50": measures.success(overlaps),
+        "precision_20": track_measures.precision(errors),
+        "success_50": track_measures.success(overlaps),
         "success_auc": rules.success_area(overlaps),
-        "average_overlap": measures.average_overlap(overlaps),
-        "success_75": measures.success(overlaps, 0.75),
-        "norm_precision": measures.norm_precision(norm_errors),
-        "norm_precision_area": measures.norm_precision_area(norm_errors),
+        "average_overlap": track_measures.average_overlap(overlaps),
+        "success_75": track_measures.success(overlaps, 0.75),
+        "norm_precision": track_measures.norm_precision(norm_errors),
+        "norm_precision_area": track_measures.norm_precision_area(norm_errors),
         "center_error_px": float(found.mean()) if found.size else np.nan,
         "center_error_median_px": float(np.median(errors)) if errors.size else np.nan,
-        "fps": measures.frames_per_second(seconds),
+        "fps": track_measures.frames_per_second(seconds),
         "particles_min": least,
         "particles_mean": mean,
         "frames": len(frames),

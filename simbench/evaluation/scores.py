@@ -12,13 +12,13 @@ import pandas as pd
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.evaluation.clip_attributes import (
+from simbench.evaluation.measures.clip_attributes import (
     attribute_shares,
     frame_attributes,
     with_known_types,
 )
-from simbench.evaluation.diagnosis import diagnosed
-from simbench.evaluation.rules import RULES, Rules, find_rules
+from simbench.evaluation.measures.diagnosis import diagnosed
+from simbench.evaluation.measures.rules import RULES, Rules, find_rules
 from simbench.evaluation.score_columns import (
     FRAME_TYPES,
     KEYS,
@@ -71,28 +71,29 @@ class Scores:
         ``requested.<dial>`` and ``achieved.<dial>`` are those of the sequence, NaN
         where it lacks that dial; ``attribute.<name>`` is the share of its frames that
         have an attribute, among those where it is known.
-        Then the measures over the scored frames (see `simbench.evaluation.measures` for
-        which those are): ``precision_20``, ``success_50``, ``success_auc``,
-        ``norm_precision`` (at 0.2), all in [0, 1]; ``center_error_px``, the mean over
-        the scored frames **with an estimate** (NaN without any: frames missed after a
-        failure count in the shares and in ``frames_lost``); ``fps``;
-        ``particles_min, particles_mean`` per frame. Then ``reason`` of a failure,
-        ``frames``, ``frames_scored``, ``frames_absent``, ``frames_lost`` (without an
-        estimate), ``norm_precision_area``, ``center_error_median_px`` (over all scored
-        frames, infinite where most were lost), ``seconds_init``, ``seconds_p95`` (of
-        one update), ``seconds_total`` (with initialisation), ``track_seed``,
-        ``digest``, ``traffic_redraws``, ``rules``, ``protocol``, and what
-        `simbench.evaluation.explained.EXPLAINED` says in a line for each.
+        Then the measures over the scored frames (see
+        `simbench.evaluation.measures.track_measures` for which those are):
+        ``precision_20``, ``success_50``, ``success_auc``, ``norm_precision`` (at 0.2),
+        all in [0, 1]; ``center_error_px``, the mean over the scored frames **with an
+        estimate** (NaN without any: frames missed after a failure count in the shares
+        and in ``frames_lost``); ``fps``; ``particles_min, particles_mean`` per frame.
+        Then ``reason`` of a failure, ``frames``, ``frames_scored``, ``frames_absent``,
+        ``frames_lost`` (without an estimate), ``norm_precision_area``,
+        ``center_error_median_px`` (over all scored frames, infinite where most were
+        lost), ``seconds_init``, ``seconds_p95`` (of one update), ``seconds_total``
+        (with initialisation), ``track_seed``, ``digest``, ``traffic_redraws``,
+        ``rules``, ``protocol``, and what `simbench.evaluation.explained.EXPLAINED` says
+        in a line for each.
     frames : DataFrame
         One row per frame of a run: the same five keys, ``frame``, ``time_s``, the
         estimate ``left, top, width, height`` [px], ``confidence``, ``particles``,
         ``seconds``, ``center_error_px``, ``norm_center_error``, ``overlap``,
         ``truth_left, truth_top, truth_width, truth_height`` [px],
         ``visible_fraction``, ``absent``, ``occluder``, ``scored``, ``said_absent``,
-        ``failure`` (see `simbench.evaluation.failure_kinds`), the attributes of
-        `simbench.evaluation.attributes` (<NA> where unknown), ``position_error_m``,
-        ``speed_kmh``, ``truth_speed_kmh``; of clips also ``attribute.<name>``, which is
-        <NA> where unknown.
+        ``failure`` (see `simbench.evaluation.measures.failure_kinds`), the attributes
+        of `simbench.evaluation.measures.attributes` (<NA> where unknown),
+        ``position_error_m``, ``speed_kmh``, ``truth_speed_kmh``; of clips also
+        ``attribute.<name>``, which is <NA> where unknown.
 
     Examples
     --------
@@ -157,7 +158,7 @@ class Scores:
         Parameters
         ----------
         rules : Rules
-            See `simbench.evaluation.rules.RULES`.
+            See `simbench.evaluation.measures.rules.RULES`.
 
         Returns
         -------

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from simbench.core.errors import DatasetError, ScenarioError, SimbenchError
-from simbench.evaluation.sweep_axes import Sweep
+from simbench.evaluation.statistics.sweep_axes import Sweep
 from simbench.experiments.clips import Clip
 from simbench.experiments.request import Request, spec_text
 from simbench.runtime.code_digest import digest_of

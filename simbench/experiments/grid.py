@@ -15,10 +15,10 @@ from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished
 from simbench.datasets.referenced import read_stored
 from simbench.evaluation.isolated_track import TrackRequest
-from simbench.evaluation.protocol_scores import segment_repetition
-from simbench.evaluation.protocols import ProtocolRun, Segment
+from simbench.evaluation.protocols.protocol_scores import segment_repetition
+from simbench.evaluation.protocols.segments import frames_in_order
+from simbench.evaluation.protocols.starts import ProtocolRun, Segment
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.segments import frames_in_order
 from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.plan import SequenceTask, TrackTask, plan

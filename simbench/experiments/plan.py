@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias
 
 from simbench.core.errors import DatasetError
 from simbench.evaluation.isolated_track import Limits
-from simbench.evaluation.protocols import Protocol, find_protocol
+from simbench.evaluation.protocols.starts import Protocol, find_protocol
 from simbench.evaluation.scores import Scores, score_missing
 from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment

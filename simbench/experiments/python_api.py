@@ -7,7 +7,7 @@ from pathlib import Path
 
 from simbench.datasets.formats.readers.annotation import ReadOptions
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.experiments.clips import find_clips
 from simbench.experiments.refine_sweep import ROUNDS, refined_run
 from simbench.experiments.request import Request, sweep_request
@@ -77,7 +77,7 @@ def run(
         By whose rules to score: ``simbench``, ``otb``, ``got10k``, ``vot``, ``lasot``.
     protocol : str
         From which frames and boxes to start: ``ope`` (once), ``tre``, ``sre``,
-        ``restart``, ``multistart``, see `simbench.evaluation.protocols`.
+        ``restart``, ``multistart``, see `simbench.evaluation.protocols.starts`.
     progress : callable of (done, total, what), optional
 
     Returns

@@ -9,8 +9,8 @@ from pathlib import Path
 from simbench.core.errors import DatasetError, ScenarioError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_axes import Sweep
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_axes import Sweep
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.experiments.clips import Clip
 from simbench.experiments.plan import sequence_stem
 from simbench.experiments.run_folder import RunFolder

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.experiments.request import Request
 from simbench.experiments.run import RunResult
 from simbench.scenarios.schema import Scenario

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from simbench.core.errors import SimbenchError
-from simbench.evaluation.protocols import find_protocol
-from simbench.evaluation.sweep_axes import Sweep, parse_axis
+from simbench.evaluation.protocols.starts import find_protocol
+from simbench.evaluation.statistics.sweep_axes import Sweep, parse_axis
 from simbench.experiments.clips import Clip
 from simbench.runtime.code_digest import digest_of
 from simbench.scenarios.schema import Scenario
@@ -51,7 +51,7 @@ class Request:
     sweep : Sweep or None
         The swept dials, where the variants are those of a sweep.
     protocol : str
-        One of `simbench.evaluation.protocols.PROTOCOLS`.
+        One of `simbench.evaluation.protocols.starts.PROTOCOLS`.
     clips : tuple of Clip
         Sequences on disk; their labels differ.
 
@@ -135,7 +135,7 @@ def sweep_request(
     scenarios : sequence of Scenario
         One.
     vary : iterable of str
-        Dials and values, see `simbench.evaluation.sweep_axes.parse_axis`.
+        Dials and values, see `simbench.evaluation.statistics.sweep_axes.parse_axis`.
     trackers, seeds, repetitions, timeout_s, memory_mb
         See `Request`.
 

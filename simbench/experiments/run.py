@@ -15,10 +15,10 @@ from typing import Any
 import pandas as pd
 
 from simbench.core.errors import DatasetError
-from simbench.evaluation.protocol_scores import SEGMENTS
-from simbench.evaluation.rules import find_rules
+from simbench.evaluation.measures.rules import find_rules
+from simbench.evaluation.protocols.protocol_scores import SEGMENTS
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
+from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.grid import finished_scores, run_grid
 from simbench.experiments.plan import SequenceTask, plan
@@ -137,7 +137,8 @@ def run_experiment(
         names for something else.
     rules : str
         By whose rules all runs of the folder are scored, see
-        `simbench.evaluation.rules.RULES`. No tracker runs again for other rules.
+        `simbench.evaluation.measures.rules.RULES`. No tracker runs again for other
+        rules.
     progress : callable, optional
     notice : callable
         Receives a line for the user if earlier results are made again.

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from simbench.core.errors import SimbenchError
 from simbench.core.sequence import Sequence
 from simbench.datasets.native import is_finished, read_sequence
-from simbench.evaluation.baseline import Baseline
-from simbench.evaluation.regression import Check
+from simbench.evaluation.gate.baseline import Baseline
+from simbench.evaluation.gate.regression import Check
 from simbench.evaluation.scores import Scores
 from simbench.experiments.film_store import mark_used
 from simbench.experiments.grid import run_grid

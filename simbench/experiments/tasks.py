@@ -26,7 +26,7 @@ from simbench.runtime.pool import ReportProgress
 from simbench.scenarios.schema import Scenario
 
 if TYPE_CHECKING:
-    from simbench.evaluation.protocols import Protocol, Segment
+    from simbench.evaluation.protocols.starts import Protocol, Segment
     from simbench.evaluation.scores import Scores
     from simbench.experiments.clips import Clip
 
@@ -154,7 +154,7 @@ def score_track(
     """
     # here, so that a process that only tracks loads no table library
     from simbench.datasets.referenced import read_stored
-    from simbench.evaluation.protocol_scores import score_segments
+    from simbench.evaluation.protocols.protocol_scores import score_segments
 
     scores = score_segments(found, read_stored(sequence), protocol)
     with atomic_write_folder(part) as temporary:

@@ -24,7 +24,7 @@ __all__ = ["tracker_codes"]
 
 _TRACKING: Final = (
     "simbench.evaluation.isolated_track",
-    "simbench.evaluation.protocol_scores",
+    "simbench.evaluation.protocols.protocol_scores",
 )
 _LIMIT_S: Final = 20.0  # a construction that takes longer is judged in the runs
 _ANSWER_BYTES: Final = 2**20

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from simbench.core.text import printable
-from simbench.evaluation.comparison import LEVEL, Comparison, Contest
-from simbench.evaluation.intervals import describe_interval
-from simbench.evaluation.paired import least_pairs
+from simbench.evaluation.statistics.comparison import LEVEL, Comparison, Contest
+from simbench.evaluation.statistics.intervals import describe_interval
+from simbench.evaluation.statistics.paired import least_pairs
 from simbench.report.text import scenario_name
 
 __all__ = [
@@ -58,7 +58,7 @@ _NOTES: Final = (
     "in which the first is better",
     "needed: instances to see a difference as small as {practical:g}, should there be "
     "one, with a power of 0.8",
-    "better, worse: the first is so, shown at 5 % and by at least {practical:g}; equal: "
+    "better, worse: the first is so, shown at 5 % and by {practical:g} or more; equal: "
     "the interval is within {practical:g}; open: neither is shown",
 )
 _LATEX: Final = str.maketrans(

@@ -7,7 +7,7 @@ from typing import Final
 
 import pandas as pd
 
-from simbench.evaluation.comparison import LEVEL, Comparison
+from simbench.evaluation.statistics.comparison import LEVEL, Comparison
 from simbench.report.plotting import INK
 from simbench.report.svg import circle, document, label, segment
 
@@ -26,8 +26,8 @@ def mean_ranks(table: pd.DataFrame) -> dict[str, float]:
     Parameters
     ----------
     table : DataFrame
-        See `simbench.evaluation.comparison.instance_table`; instances that a tracker
-        lacks are left out.
+        See `simbench.evaluation.statistics.comparison.instance_table`; instances that a
+        tracker lacks are left out.
     """
     known = table.dropna(axis=0)
     ranks = known.rank(axis=1, ascending=False).mean()

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simbench.evaluation.confidence import calibration, stated
-from simbench.evaluation.losses import FOUND_OVERLAP, survival
+from simbench.evaluation.measures.confidence import calibration, stated
+from simbench.evaluation.measures.losses import FOUND_OVERLAP, survival
 from simbench.report.palette import Style
 from simbench.report.plotting import (
     GREY,

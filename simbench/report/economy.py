@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from simbench.evaluation.intervals import describe_interval
-from simbench.evaluation.particle_economy import PRECISION, Cost, Economy
+from simbench.evaluation.statistics.intervals import describe_interval
+from simbench.evaluation.statistics.particle_economy import PRECISION, Cost, Economy
 from simbench.report.palette import Style
 from simbench.report.plotting import GREY, INK
 from simbench.report.svg import circle, document, label, path, segment

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from simbench.evaluation import measures
-from simbench.evaluation.statistics import curve
+from simbench.evaluation.measures import track_measures
+from simbench.evaluation.statistics.instance_statistics import curve
 from simbench.report.palette import Style
 from simbench.report.plotting import (
     INK,
@@ -37,8 +37,8 @@ _MIN_ERROR_PX: Final = 0.1  # a logarithmic axis has no zero
 
 def success(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
     """Return the success curves: mean over seeds and the band of its interval."""
-    bounds = measures.SUCCESS_THRESHOLDS
-    traces = _curves(section, styles, "overlap", measures.success_curve, bounds)
+    bounds = track_measures.SUCCESS_THRESHOLDS
+    traces = _curves(section, styles, "overlap", track_measures.success_curve, bounds)
     layout = base_layout("overlap threshold", "share of frames", 340)
     layout["xaxis"] |= {"range": [0, 1], "dtick": 0.2}
     layout["shapes"] = [dotted_line("x", 0.5)]
@@ -47,8 +47,8 @@ def success(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
 
 def precision(section: ReportSection, styles: Mapping[str, Style]) -> Figure:
     """Return the precision curves: mean over seeds and the band of its interval."""
-    column, bounds = "center_error_px", measures.PRECISION_THRESHOLDS
-    traces = _curves(section, styles, column, measures.precision_curve, bounds)
+    column, bounds = "center_error_px", track_measures.PRECISION_THRESHOLDS
+    traces = _curves(section, styles, column, track_measures.precision_curve, bounds)
     layout = base_layout("centre error threshold [px]", "share of frames", 340)
     layout["xaxis"] |= {"range": [0, 50], "dtick": 10}
     layout["shapes"] = [dotted_line("x", 20.0)]

@@ -11,12 +11,12 @@ import plotly.offline
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.explained import EXPLAINED
-from simbench.evaluation.intervals import LEAST_COUNT
-from simbench.evaluation.paired import LEAST_PAIRS
-from simbench.evaluation.particle_economy import particle_economy
-from simbench.evaluation.rules import RULES
+from simbench.evaluation.measures.rules import RULES
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.intervals import LEAST_COUNT
+from simbench.evaluation.statistics.paired import LEAST_PAIRS
+from simbench.evaluation.statistics.particle_economy import particle_economy
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.report import figures, tables
 from simbench.report.diagnosis_figures import calibration_curves, held_curves
 from simbench.report.economy import economy_figure, economy_rows

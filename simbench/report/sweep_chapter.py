@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from simbench.core import sequence
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.report import figures, sweep_figures
 from simbench.report.palette import Style
 from simbench.report.sections import ReportSection

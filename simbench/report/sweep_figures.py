@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from simbench.evaluation.sweep_axes import is_harder_upwards
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_axes import is_harder_upwards
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.report.palette import Style
 from simbench.report.plotting import (
     INK,
@@ -68,7 +68,7 @@ def score_by_dial(
         Of one dial.
     styles : mapping from tracker to Style
     measure : str
-        One of `simbench.evaluation.sweep_scores.MEASURES`.
+        One of `simbench.evaluation.statistics.sweep_scores.MEASURES`.
     title : str
         Of the vertical axis.
     height : int, px

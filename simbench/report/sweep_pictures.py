@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simbench.core.sequence import Sequence
 from simbench.evaluation.score_tables import frame_times
-from simbench.evaluation.sweep_axes import Sweep
+from simbench.evaluation.statistics.sweep_axes import Sweep
 from simbench.report.pictures import Snapshot, describe_visibility, snapshot
 
 __all__ = ["sweep_pictures"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, TypeAlias
 
-from simbench.evaluation.intervals import describe_interval
-from simbench.evaluation.sweep_axes import is_harder_upwards
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.intervals import describe_interval
+from simbench.evaluation.statistics.sweep_axes import is_harder_upwards
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 
 __all__ = ["breaking_table", "describe_breaking_point", "notes", "point_table"]
 

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from simbench.evaluation.comparison import Contest, contest, instance_table
-from simbench.evaluation.intervals import describe_interval
-from simbench.evaluation.statistics import spread, summary
+from simbench.evaluation.statistics.comparison import Contest, contest, instance_table
+from simbench.evaluation.statistics.instance_statistics import spread, summary
+from simbench.evaluation.statistics.intervals import describe_interval
 from simbench.report.sections import ReportSection, rows_of_seed
 from simbench.report.text import count, fixed, percent, scenario_name, seed_name
 

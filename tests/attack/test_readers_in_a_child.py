@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from simbench.core.errors import SimbenchError
-from simbench.evaluation.baseline import Baseline
+from simbench.evaluation.gate.baseline import Baseline
 from simbench.scenarios.files.loading import load_recipe
 from simbench.scenarios.network.shapes import read_network
 from tests.attack.damaged_baselines import damaged_baselines

@@ -11,8 +11,8 @@ import pytest
 from simbench.cli import bash_words, execute, names
 from simbench.datasets.channels import CHANNELS
 from simbench.datasets.formats import FORMATS
-from simbench.evaluation.protocols import PROTOCOLS
-from simbench.evaluation.rules import RULES
+from simbench.evaluation.measures.rules import RULES
+from simbench.evaluation.protocols.starts import PROTOCOLS
 from simbench.scenarios.files.library import list_scenarios
 from simbench.trackers.find_tracker import list_trackers
 from tests.cli.test_start_up import HEAVY

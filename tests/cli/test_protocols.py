@@ -8,10 +8,10 @@ from rich.console import Console
 from simbench.cli import execute
 from simbench.cli.run import print_protocol
 from simbench.core.sequence import Sequence
-from simbench.evaluation.protocol_scores import score_segments
-from simbench.evaluation.rules import RULES
+from simbench.evaluation.measures.rules import RULES
+from simbench.evaluation.protocols.protocol_scores import score_segments
 from simbench.evaluation.scores import score
-from tests.evaluation.test_protocols import long_sequence, play
+from tests.evaluation.protocols.test_starts import long_sequence, play
 from tests.evaluation.test_scores import perfect_track
 
 

@@ -13,7 +13,7 @@ from vot.dataset import load_dataset
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.otb import NAMES
-from simbench.evaluation.measures import (
+from simbench.evaluation.measures.track_measures import (
     center_error,
     frame_overlap,
     precision_curve,

@@ -18,9 +18,12 @@ from vot.workspace import Workspace
 from simbench.core.sequence import Sequence, Truth
 from simbench.core.tracker import Track
 from simbench.datasets.formats import find_format
-from simbench.evaluation.expected_overlap import multistart_scores, restart_scores
-from simbench.evaluation.protocols import ProtocolRun, Segment, restart_failure
-from simbench.evaluation.rules import RunBoxes
+from simbench.evaluation.measures.rules import RunBoxes
+from simbench.evaluation.protocols.expected_overlap import (
+    multistart_scores,
+    restart_scores,
+)
+from simbench.evaluation.protocols.starts import ProtocolRun, Segment, restart_failure
 from tests.tiny_sequence import tiny_sequence
 
 CLOSE: Final = 1e-6

@@ -28,7 +28,7 @@ from simbench.core.sequence import Sequence, Truth
 from simbench.core.tracker import Track
 from simbench.datasets.formats import find_format
 from simbench.datasets.formats.otb import NAMES
-from simbench.evaluation.rules import RULES
+from simbench.evaluation.measures.rules import RULES
 from simbench.evaluation.scores import Scores, score
 from tests.compat.results import Replay, told
 from tests.tiny_sequence import tiny_sequence

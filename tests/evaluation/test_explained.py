@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from simbench.evaluation.explained import EXPLAINED
-from simbench.evaluation.failure_kinds import FAILURE_KINDS
-from simbench.evaluation.protocols import PROTOCOLS
-from simbench.evaluation.rules import RULES
+from simbench.evaluation.measures.failure_kinds import FAILURE_KINDS
+from simbench.evaluation.measures.rules import RULES
+from simbench.evaluation.protocols.starts import PROTOCOLS
 from simbench.evaluation.score_columns import KEYS, RUN_TYPES
 
 PAGE = Path(__file__).parents[2] / "docs" / "measures.md"

@@ -12,8 +12,8 @@ import pytest
 
 from simbench.core.errors import SimbenchError
 from simbench.evaluation.scores import Scores
-from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import SweepScores
+from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
+from simbench.evaluation.statistics.sweep_scores import SweepScores
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.refine_sweep import new_values, refined_run
 from simbench.experiments.request import Request, sweep_request

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from simbench.evaluation.intervals import LEAST_COUNT
-from simbench.evaluation.losses import LOSS_FRAMES, LOST_OVERLAP
+from simbench.evaluation.measures.losses import LOSS_FRAMES, LOST_OVERLAP
+from simbench.evaluation.statistics.intervals import LEAST_COUNT
 from tests.filters import tables
 from tests.filters.plan import LEFT_OUT, Plan
 

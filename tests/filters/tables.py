@@ -8,8 +8,12 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from simbench.evaluation.comparison import Comparison, compare_runs, instance_table
-from simbench.evaluation.statistics import spread
+from simbench.evaluation.statistics.comparison import (
+    Comparison,
+    compare_runs,
+    instance_table,
+)
+from simbench.evaluation.statistics.instance_statistics import spread
 from simbench.report.comparison_text import markdown_table
 from simbench.report.text import scenario_name
 from tests.filters.plan import LEFT_OUT

@@ -12,8 +12,8 @@ from typing import Any
 
 import simbench
 from simbench.core.errors import SimbenchError
-from simbench.evaluation.failure_kinds import main_failure
-from simbench.evaluation.losses import find_losses
+from simbench.evaluation.measures.failure_kinds import main_failure
+from simbench.evaluation.measures.losses import find_losses
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.trackers.find_tracker import find_tracker
 

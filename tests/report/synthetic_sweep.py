@@ -13,8 +13,8 @@ import numpy as np
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.evaluation.scores import Scores, score, score_failure, score_missing
-from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
+from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
+from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from tests.report.synthetic_run import facts, synthetic_sequence
 
 HIDDEN = Axis("occlusion.hidden", (0.0, 0.25, 0.5, 0.75, 1.0))

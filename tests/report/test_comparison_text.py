@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pandas as pd
 
-from simbench.evaluation.comparison import Contest, compare_trackers
+from simbench.evaluation.statistics.comparison import Contest, compare_trackers
 from simbench.report.comparison_text import (
     HEADINGS,
     SHORT_HEADINGS,
@@ -18,7 +18,7 @@ from simbench.report.comparison_text import (
     short_rows,
 )
 from simbench.report.critical_difference import critical_difference, groups, mean_ranks
-from tests.evaluation.test_comparison import runs
+from tests.evaluation.statistics.test_comparison import runs
 
 
 def test_bars_join_trackers_that_are_not_told_apart() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page
 
-from simbench.evaluation.sweep_axes import Sweep
+from simbench.evaluation.statistics.sweep_axes import Sweep
 from simbench.report import write_report
 from tests.report.opened import opened
 from tests.report.synthetic_sweep import one_dial, synthetic_sweep, two_dials

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from simbench.evaluation.scores import Scores, score_missing
-from simbench.evaluation.sweep_axes import Axis, Sweep
-from simbench.evaluation.sweep_scores import SweepScores, sweep_scores
+from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
+from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from simbench.report import sweep_figures, write_report
 from simbench.report.palette import tracker_styles
 from simbench.report.sweep_pictures import sweep_pictures

@@ -19,9 +19,9 @@ from typing import Any, Final
 import numpy as np
 
 from simbench.core.atomic_write import atomic_write
-from simbench.evaluation.intervals import LEAST_COUNT
-from simbench.evaluation.paired import sign_flip_p
-from simbench.evaluation.regression import LEVEL
+from simbench.evaluation.gate.regression import LEVEL
+from simbench.evaluation.statistics.intervals import LEAST_COUNT
+from simbench.evaluation.statistics.paired import sign_flip_p
 from simbench.experiments.regression_suite import DEFAULT_SUITE
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.versions import core_count
@@ -58,10 +58,10 @@ def main() -> None:
 
 
 _CODE: Final = {
-    "interval": ("simbench.evaluation.intervals", "intervals.py"),
-    "test": ("simbench.evaluation.paired", "intervals.py"),
-    "sweeps": ("simbench.evaluation.breaking_point", "breaking_points.py"),
-    "gate": ("simbench.evaluation.regression", "gate.py"),
+    "interval": ("simbench.evaluation.statistics.intervals", "intervals.py"),
+    "test": ("simbench.evaluation.statistics.paired", "intervals.py"),
+    "sweeps": ("simbench.evaluation.statistics.breaking_point", "breaking_points.py"),
+    "gate": ("simbench.evaluation.gate.regression", "gate.py"),
 }
 """What each kind of part depends on: a module, and the file that simulates it."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from simbench.evaluation.breaking_point import BreakingPoint, breaking_point
+from simbench.evaluation.statistics.breaking_point import BreakingPoint, breaking_point
 from simbench.experiments.refine_sweep import ROUNDS
 
 __all__ = ["CASES", "Case", "Found", "coverage"]

@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.evaluation.baseline import MEASURES, BaselineRow
-from simbench.evaluation.gate_tests import RowPair, paired_tests
-from simbench.evaluation.regression import check_tests
+from simbench.evaluation.gate.baseline import MEASURES, BaselineRow
+from simbench.evaluation.gate.gate_tests import RowPair, paired_tests
+from simbench.evaluation.gate.regression import check_tests
 from simbench.experiments.regression_suite import DEFAULT_SUITE
 from tests.statistics.gate_draws import DAMAGED, UNCHANGED, Draws
 

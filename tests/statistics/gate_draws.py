@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished, read_sequence
-from simbench.evaluation import measures
-from simbench.evaluation.baseline import MEASURES
+from simbench.evaluation.gate.baseline import MEASURES
+from simbench.evaluation.measures import track_measures
 from simbench.evaluation.run_tracker import track
 from simbench.experiments.regression_suite import DEFAULT_SUITE
 from simbench.generation.generate import generate
@@ -126,14 +126,14 @@ def _run(task: _Task) -> _Task:
 
 def _scores(found: Track, film: Sequence) -> list[float]:
     truth = film.truth
-    scored = measures.scored_frames(truth.absent)
-    errors = measures.center_error(found.boxes, truth.boxes)[scored]
-    overlaps = measures.frame_overlap(found.boxes, truth.boxes)[scored]
+    scored = track_measures.scored_frames(truth.absent)
+    errors = track_measures.center_error(found.boxes, truth.boxes)[scored]
+    overlaps = track_measures.frame_overlap(found.boxes, truth.boxes)[scored]
     has_box = np.isfinite(found.boxes[:, 0])
     by_name = {
-        "precision_20": measures.precision(errors),
-        "success_50": measures.success(overlaps),
-        "success_auc": measures.success_area(overlaps),
-        "particles_mean": measures.particle_usage(found.particles, has_box)[1],
+        "precision_20": track_measures.precision(errors),
+        "success_50": track_measures.success(overlaps),
+        "success_auc": track_measures.success_area(overlaps),
+        "particles_mean": track_measures.particle_usage(found.particles, has_box)[1],
     }
     return [float(by_name[name]) for name in MEASURES]

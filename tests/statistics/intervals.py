@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
-from simbench.evaluation.intervals import share_interval, student_interval
+from simbench.evaluation.statistics.intervals import share_interval, student_interval
 
 __all__ = [
     "CASES",

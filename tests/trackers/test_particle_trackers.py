@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from simbench.core.box import Box, centers, overlap
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.directional import Directional, directional_45, directional_90
 from simbench.trackers.find_tracker import find_tracker
-from simbench.trackers.parts import colour_histogram, colour_likelihood
-from simbench.trackers.parts.appearance import Appearance
-from simbench.trackers.parts.patches import normalised_patches
-from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.still import Still
 from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
 

@@ -1,0 +1,1 @@
+"""The regression gate: scores of this version against a baseline."""

@@ -1,0 +1,1 @@
+"""Statistics over scenario instances: intervals, tests and breaking points."""
