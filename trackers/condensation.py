@@ -28,6 +28,8 @@ COURSE_START_WIDTHS = 0.25  # net displacement from which a course is known
 COURSE_JITTER = 1.0  # standard deviations of the jitter that it must exceed, too
 FLOOR = 0.5  # of the level: similarities below it tell no places apart
 BACKGROUND_ERROR = 0.8  # of the course's in the image: below it the background leads
+UNKNOWN_GAIN = 0.1  # of the newest frame whose shift is unknown
+UNKNOWN_SHARE = 0.15  # of the frames, smoothed: above it the background does not lead
 COAST_FRAMES = 20  # for which a steady course is carried on without the target
 BRAKE = 0.9  # of the speed per frame, after that or without a steady course
 WIDENING = 0.05  # of the spread per frame without the target
@@ -141,7 +143,7 @@ class Condensation:
     warm_up_noise: float = 0.15
     position_noise: float = 0.06
     error_noise: float = 1.0
-    scale_noise: float = 0.015
+    scale_noise: float = 0.02
     aspect_noise: float = 0.002
     drift: bool = True
     search: bool = True
@@ -192,6 +194,8 @@ class Condensation:
         self._course = self._first_course(x, y, float(2.0 * axes[0]))
         self._image_course = self._background_course = self._course
         self._camera = CameraMotion(frame.image) if self.camera_motion else None
+        self._background_trust = 1.0  # 0 in a frame whose shift is unknown
+        self._unknown = 0.0  # smoothed share of such frames
         self._shift = (0.0, 0.0)  # of the background in this frame, px
         self._travel = (0.0, 0.0)  # of the background so far, px
         self._box = (2.0 * axes).tolist()
@@ -208,7 +212,9 @@ class Condensation:
         before = self._likelihood.evaluations
         state = self._filter
         if self._camera is not None:
-            self._choose_course(*self._camera.shift(frame.image, state.mean).tolist())
+            shift = self._camera.shift(frame.image, state.mean)
+            self._background_trust = 0.0 if shift is None else 1.0
+            self._choose_course(*((0.0, 0.0) if shift is None else shift.tolist()))
         self._set_motion()
         self._set_search()
         area = float(state.mean[2] * state.mean[3])
@@ -240,7 +246,10 @@ class Condensation:
             self._travel = (dx, dy)
         image, background = self._image_course, self._background_course
         self._course = image
-        if background.error < BACKGROUND_ERROR * image.error:
+        known = self._background_trust
+        self._unknown += UNKNOWN_GAIN * (1.0 - known - self._unknown)
+        leads = background.error < BACKGROUND_ERROR * image.error
+        if leads and known > 0.0 and self._unknown < UNKNOWN_SHARE:
             self._course = background
             self._shift = (dx, dy)
 
@@ -290,6 +299,7 @@ class Condensation:
         self._plot(self._image_course, x, y, growth, trust)
         if self._background_course is not self._image_course:
             x, y = x - self._travel[0], y - self._travel[1]
+            trust *= self._background_trust
             self._plot(self._background_course, x, y, growth, trust)
         if confidence.may_learn:
             self._filter.learn(self.learning)

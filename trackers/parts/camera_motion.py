@@ -117,8 +117,7 @@ class CameraMotion:
     ring with a strong gradient then hardly change, or not more than those without.
     Otherwise the strongest points are followed by sparse optical flow (Lucas-Kanade) in
     a region of at most 128 px, and the median of those that agree is the motion.
-    Vehicles that pass in the ring disagree with it, and too little agreement, on
-    asphalt without texture, counts as no motion.
+    Vehicles that pass in the ring disagree with it.
     """
 
     def __init__(self, image: NDArray[np.uint8]) -> None:
@@ -130,8 +129,10 @@ class CameraMotion:
 
     def shift(
         self, image: NDArray[np.uint8], ellipse: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    ) -> NDArray[np.float64] | None:
         """Return the (2,) shift of the background in px since the frame before.
+
+        None where it moves but is too plain, or too much at odds, to tell how.
 
         Parameters
         ----------
@@ -156,8 +157,8 @@ class CameraMotion:
         image: NDArray[np.uint8],
         ellipse: NDArray[np.float64],
         points: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
-        """Return the median motion of points that agree, (2,) px, or 0."""
+    ) -> NDArray[np.float64] | None:
+        """Return the median motion of points that agree, (2,) px."""
         reach = RING[1] * ellipse[2:] + 8.0
         low = np.maximum(ellipse[:2] - reach, 0.0).astype(int)
         high = np.minimum(ellipse[:2] + reach, image.shape[1::-1]).astype(int)
@@ -186,10 +187,10 @@ class CameraMotion:
         )
         moved = (end - start)[status.ravel() > 0].astype(np.float64)
         if len(moved) < MIN_AGREED:
-            return np.zeros(2)
+            return None
         median = np.median(moved, axis=0)
         bound = AGREED_PX + 0.1 * float(np.abs(median).max())
         agreed = moved[np.abs(moved - median).max(axis=1) < bound]
         if len(agreed) < max(MIN_AGREED, AGREED_SHARE * len(moved)):
-            return np.zeros(2)
+            return None
         return np.asarray(agreed.mean(axis=0) / factor)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 __all__ = ["Confidence"]
 
 RISE = 0.05  # of the level per frame, towards a higher similarity
-FALL = 0.02  # and a lower one: slowly, since an occlusion is no new level
+FALL = 0.01  # and a lower one: slowly, since an occlusion is no new level
 LOST = 0.6  # of the level
 DOUBTED = 0.75  # of the level: below it a frame does not count
 TRUSTED = 0.95  # of the level: above it a frame counts in full

@@ -9,7 +9,7 @@ __all__ = ["Course", "wrap"]
 
 MEDIAN_STEP = math.radians(1.0)  # DPF, eq. 7: the median moves by one degree
 SPEED_GAIN = 0.3  # weight of the newest step in the smoothed speed
-GROWTH_GAIN = 0.03  # of the newest change of size, which has much more jitter
+GROWTH_GAIN = 0.06  # of the newest change of size, which has much more jitter
 WARM_UP_FRAMES = 3  # a direction from fewer frames is mostly noise
 ERROR_GAIN = 0.2  # of the newest squared prediction error
 BIAS_GAIN = 0.25  # of the newest prediction error
@@ -96,8 +96,12 @@ class Course:
     _squared_error: float = field(default=0.0, init=False)
     _bias: tuple[float, float] = field(default=(0.0, 0.0), init=False)
     _drift: tuple[float, float] = field(default=(0.0, 0.0), init=False)
-    _last: tuple[float, float] = field(default=(math.nan, math.nan), init=False)
+    _last: tuple[float, float] = field(init=False)
     _frames: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        """Start from the first position."""
+        self._last = (self.x, self.y)
 
     @property
     def is_known(self) -> bool:
@@ -142,8 +146,7 @@ class Course:
         self.speed *= math.exp(2.0 * growth)
         self.growth *= math.exp(growth)
         self.growth += GROWTH_GAIN * trust * (growth - self.growth)
-        last = (self.x, self.y) if math.isnan(self._last[0]) else self._last
-        dx, dy = x - last[0], y - last[1]
+        dx, dy = x - self._last[0], y - self._last[1]
         self._last = (x, y)
         self._compare(dx, dy, trust)
         if not self.is_known:

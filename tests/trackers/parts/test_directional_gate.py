@@ -120,7 +120,7 @@ def test_course_predicts_constant_velocity_in_the_world() -> None:
         growth = math.log(depths[index - 1] / depths[index])
         moving.advance(places[index], 0.0, growth)
     assert moving.speed == pytest.approx(places[-2] - places[-1], rel=0.03)
-    # By a share of 0.03 a frame, 0.97^59 = 0.17 of the start at nothing is left.
+    # By a share of 0.06 a frame, 0.94^59 = 0.03 of the start at nothing is left.
     assert moving.growth == pytest.approx(math.log(depths[-2] / depths[-1]), rel=0.2)
 
 
