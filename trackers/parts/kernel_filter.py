@@ -117,8 +117,8 @@ def kernel_correlation(
         return products / count
     energy = _energy(first) + _energy(second)
     distances = np.maximum(energy - 2.0 * products, 0.0)
-    exponents = distances * np.float32(-1.0 / (deviation**2 * count))
-    return np.asarray(np.exp(exponents), np.float32)
+    kernel = np.exp(distances * np.float32(-1.0 / (deviation**2 * count)))
+    return np.asarray(kernel, np.float32)
 
 
 def _spectrum(features: NDArray[np.float32]) -> NDArray[np.complex64]:

@@ -11,7 +11,7 @@ from simbench.trackers.parts.fhog import CHANNELS, cell_histograms, fhog
 
 def texture(height: int = 32, width: int = 40) -> NDArray[np.uint8]:
     rng = np.random.default_rng(4)
-    return rng.integers(60, 120, (height, width)).astype(np.uint8)
+    return rng.integers(60, 120, (height, width), np.uint8)
 
 
 def ramp(angle: float, step: float = 5.0) -> NDArray[np.uint8]:
