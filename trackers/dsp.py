@@ -18,6 +18,7 @@ from simbench.trackers.parts.appearance import (
     MachineAppearance,
     TemplateAppearance,
 )
+from simbench.trackers.parts.dead_reckoning import DeadReckoning
 from simbench.trackers.parts.swarm import Swarm
 
 __all__ = ["DynamicSwarmParticle", "dsp_paper"]
@@ -28,7 +29,8 @@ GROWTH_GAIN = 0.05  # weight of the newest change of size in the velocity
 LEARN_EVERY = 3  # frames of sufficient confidence
 ASPECT_NOISE, ROTATION_NOISE, SHEAR_NOISE = 0.01, 0.01, 0.005  # E2, E3, E4
 SIZE_GAIN = 0.1  # weight of the newest size in the size expected
-SEARCH_GROWTH, SEARCH_LIMIT = 0.5, 4.0  # of the search's noise, by frame lost
+SEARCH_GROWTH, SEARCH_LIMIT = 0.5, 2.0  # of the search's noise, by frame lost
+SEARCH_SCALE, SEARCH_SCALE_LIMIT = 0.02, 0.3  # noise of log size, by frame lost
 COAST_DECAY = 0.97  # of the velocity, by frame in which nothing is measured
 
 
@@ -67,7 +69,7 @@ class DynamicSwarmParticle:
         `TemplateAppearance`, or the paper's `MachineAppearance`.
     hidden : int
         Hidden units of the machine.
-    structure, balance, first_share, template_gain, colour_gain, background_gain
+    structure, balance, first_share, blocks, template_gain, colour_gain, background_gain
         As for `TemplateAppearance`.
     size_prior, aspect_prior : float
         Confidence lost by the squared log size and log aspect ratio of a state,
@@ -84,10 +86,12 @@ class DynamicSwarmParticle:
         Share of a measured change of size that is accepted.
     smoothing : float, in (0, 1]
         Weight of the last displacement in the velocity; 1 is eq. 2 of the paper.
-    search_below, found_above : float, in [0, 1]
-        Confidence below which 4 N particles search widely, more so with every frame
-        lost, and confidence that their swarm must reach to be believed.
-        ``search_below`` of 0 never searches, as the paper.
+    lost_below : float, in [0, 1]
+        Share of the usual confidence below which the target is lost: nothing is learnt
+        then, and 4 N particles search around the place of its `DeadReckoning`, more
+        widely with every frame. 0 never searches, as the paper.
+    found_above : float, in [0, 1]
+        Confidence that the swarm of a search must reach, beside that of the one before.
     learn_from, background_from : float, in [0, 1]
         Confidence at which the appearance is learnt, every third time, and at which
         the colours around the target are.
@@ -135,6 +139,7 @@ class DynamicSwarmParticle:
     structure: float = 0.5
     balance: bool = True
     first_share: float = 0.5
+    blocks: int = 3
     template_gain: float = 0.1
     colour_gain: float = 0.05
     background_gain: float = 0.1
@@ -146,8 +151,8 @@ class DynamicSwarmParticle:
     trust_all: float = 0.6
     size_gain: float = 0.5
     smoothing: float = 0.15
-    search_below: float = 0.4
-    found_above: float = 0.6
+    lost_below: float = 0.75
+    found_above: float = 0.55
     learn_from: float = 0.55
     background_from: float = 0.5
     keep_cloud: bool = False
@@ -175,8 +180,8 @@ class DynamicSwarmParticle:
         self._expected = np.log(sides)  # size, of both sides
         self._velocity: NDArray[np.float64] | None = None  # unknown in the first frame
         self._rng = rng
-        self._is_searching = False
-        self._confident_frames = self._lost_frames = 0
+        self._confident_frames = 0
+        self._reckoned = DeadReckoning(self._state)
         self._appearance = self._first_appearance(frame.image)
         # Compile the kernels here, so that the first update is not timed with it.
         self._confidences(self._state[None])
@@ -188,15 +193,19 @@ class DynamicSwarmParticle:
         self._appearance.look_at(frame.image, self._state)
         swarm = self._transition()
         self._steps(swarm, self.stop)
-        if swarm.best_confidence < self.search_below and self._velocity is not None:
-            swarm = self._search(swarm)
+        is_found = False
+        if self._is_lost(swarm.best_confidence):
+            self._reckoned.frames_lost += 1
+            swarm, is_found = self._search(swarm)
+        else:
+            self._reckoned.frames_lost = 0
         confidence = swarm.best_confidence
-        self._lost_frames = (
-            self._lost_frames + 1 if confidence < self.search_below else 0
-        )
+        is_lost = self._is_lost(confidence)
         particles = self._appearance.evaluations - before
-        self._advance(swarm)
-        self._learn(confidence)
+        velocity = self._advance(swarm, is_found)
+        self._reckoned.follow(self._state, velocity, confidence, is_lost=is_lost)
+        if not is_lost:
+            self._learn(confidence)
         width, height = _sides(self._state).tolist()
         x, y = self._state[:, 2].tolist()
         return Estimate(
@@ -218,6 +227,7 @@ class DynamicSwarmParticle:
             structure=self.structure,
             balance=self.balance,
             first_share=self.first_share,
+            blocks=self.blocks,
             template_gain=self.template_gain,
             colour_gain=self.colour_gain,
             background_gain=self.background_gain,
@@ -270,19 +280,32 @@ class DynamicSwarmParticle:
             swarm.states = self._bounded(swarm.states)
             swarm.remember(self._confidences(swarm.states))
 
-    def _search(self, swarm: Swarm) -> Swarm:
-        """Return a swarm found widely around the prediction, or else ``swarm``."""
-        self._is_searching = True
-        widening = min(1.0 + SEARCH_GROWTH * self._lost_frames, SEARCH_LIMIT)
-        noise = self._noise(4 * self.particles, widening * self.first_position_noise)
+    def _is_lost(self, confidence: float) -> bool:
+        return confidence < self.lost_below * self._reckoned.usual
+
+    def _search(self, swarm: Swarm) -> tuple[Swarm, bool]:
+        """Return a swarm found around the place reckoned, or else ``swarm``."""
+        frames = self._reckoned.frames_lost
+        widening = min(1.0 + SEARCH_GROWTH * (frames - 1), SEARCH_LIMIT)
+        spread = widening * self.first_position_noise
+        noise = self._noise(4 * self.particles, spread, self.least_noise)
+        growth = np.zeros((len(noise), 6))
+        growth[:, 0] = self._rng.standard_normal(len(noise))
+        growth[:, 0] *= min(SEARCH_SCALE * frames, SEARCH_SCALE_LIMIT)
+        before = self._expected, self._predicted
+        self._predicted = self._reckoned.state
+        self._expected = np.log(_sides(self._predicted))
+        noise = compose(noise, exp(growth))
         found = self._best_of(self._bounded(compose(self._predicted, noise)))
         if found.best_confidence > swarm.best_confidence:
             self._steps(found, self.stop)
-        self._is_searching = False
-        return found if found.best_confidence >= self.found_above else swarm
+        if found.best_confidence >= max(self.found_above, swarm.best_confidence):
+            return found, True
+        self._expected, self._predicted = before
+        return swarm, False
 
-    def _advance(self, swarm: Swarm) -> None:
-        """Set the estimate and update the velocity, eq. 1."""
+    def _advance(self, swarm: Swarm, is_found: bool) -> NDArray[np.float64]:
+        """Set the estimate; update and return the velocity, eq. 1."""
         state = swarm.mean(self.mean_width) if self.mean_width > 0.0 else swarm.best
         trust = self._trust(swarm.best_confidence)
         if self._velocity is None:
@@ -295,10 +318,14 @@ class DynamicSwarmParticle:
             gains = np.array([GROWTH_GAIN, 0.0, 0.0, 0.0, *[self.smoothing] * 2])
             moved = self._displacement(state)
             self._velocity = self._velocity + gains * (moved - self._velocity)
+            if is_found and self._reckoned.velocity is not None:
+                self._velocity = self._reckoned.velocity
             if trust == 0.0:
-                self._velocity *= COAST_DECAY
+                self._velocity = COAST_DECAY * self._velocity
         self._state = self._bounded(state[None])[0]
-        self._expected += SIZE_GAIN * (np.log(_sides(self._state)) - self._expected)
+        size = np.log(_sides(self._state))
+        self._expected = self._expected + SIZE_GAIN * (size - self._expected)
+        return self._velocity
 
     def _trust(self, confidence: float) -> float:
         """Return the share of the swarm's state in the estimate."""
@@ -323,7 +350,7 @@ class DynamicSwarmParticle:
             width, height = np.log(_sides(states)).T - self._expected[:, None]
             confidences -= self.size_prior * ((width + height) / 2.0) ** 2
             confidences -= self.aspect_prior * (width - height) ** 2
-        if self.motion_prior > 0.0 and not self._is_searching:
+        if self.motion_prior > 0.0:
             away = (states[:, :, 2] - self._predicted[:, 2]) / _sides(self._state)
             confidences -= self.motion_prior * np.sum(away**2, axis=1)
         return np.asarray(np.clip(confidences, 0.0, 1.0))
@@ -360,7 +387,7 @@ def dsp_paper(**parameters: Any) -> DynamicSwarmParticle:
         "trust_all": 0.0,
         "size_gain": 1.0,
         "smoothing": 1.0,
-        "search_below": 0.0,
+        "lost_below": 0.0,
         "learn_from": 0.7,
     }
     return DynamicSwarmParticle(**{**setting, **parameters})

@@ -47,13 +47,13 @@ def overlaps(clip: Clip, seeds: int = 3, **parameters: Any) -> float:
 
 
 def test_swarm_evaluates_whole_rounds_up_to_its_limit(crossing: Clip) -> None:
-    tracker = DynamicSwarmParticle(particles=10, stop=1.1, search_below=0.0)
+    tracker = DynamicSwarmParticle(particles=10, stop=1.1, lost_below=0.0)
     # The confidence never reaches 1.1: both states and five swarm steps.
     assert estimates(tracker, crossing, 2)[-1].particles == 10 * (2 + 5)
 
 
 def test_confident_swarm_stops_after_one_round(crossing: Clip) -> None:
-    tracker = DynamicSwarmParticle(particles=10, stop=0.0, search_below=0.0)
+    tracker = DynamicSwarmParticle(particles=10, stop=0.0, lost_below=0.0)
     assert estimates(tracker, crossing, 2)[-1].particles == 10
 
 
@@ -81,10 +81,10 @@ def kicked(jump: float) -> Clip:
 
 
 def test_car_that_jumps_two_boxes_is_found_only_by_the_search() -> None:
-    clip = kicked(120.0)
+    clip = kicked(75.0)
     runs = [
-        run_tracker(DynamicSwarmParticle(search_below=below), clip)
-        for below in (0.0, 0.4)
+        run_tracker(DynamicSwarmParticle(lost_below=below), clip)
+        for below in (0.0, 0.75)
     ]
     found = [overlap(run, clip.boxes)[30:].mean() for run in runs]
     assert found[0] < 0.1
