@@ -12,13 +12,14 @@ from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
-from simbench.trackers.parts.affine_group import compose, exp, inverse, log
+from simbench.trackers.parts.affine_group import compose, exp, log_between
 from simbench.trackers.parts.appearance import (
     Appearance,
     MachineAppearance,
     TemplateAppearance,
 )
 from simbench.trackers.parts.dead_reckoning import DeadReckoning
+from simbench.trackers.parts.state_priors import clipped, prior_losses
 from simbench.trackers.parts.swarm import Swarm
 
 __all__ = ["DynamicSwarmParticle", "dsp_paper"]
@@ -69,7 +70,7 @@ class DynamicSwarmParticle:
         `TemplateAppearance`, or the paper's `MachineAppearance`.
     hidden : int
         Hidden units of the machine.
-    structure, balance, first_share, blocks, template_gain, colour_gain, background_gain
+    structure, balance, first_share, template_gain, colour_gain, background_gain
         As for `TemplateAppearance`.
     size_prior, aspect_prior : float
         Confidence lost by the squared log size and log aspect ratio of a state,
@@ -112,7 +113,7 @@ class DynamicSwarmParticle:
     the confidence of the shifted ones is below ``stop``; particles start from the last
     estimate.
 
-    All from ``least_noise`` to ``background_from`` departs from the paper; `dsp_paper`
+    Everything from ``least_noise`` to ``background_from`` departs from the paper; `dsp_paper`
     switches it off. A swarm always finds a state with some similarity to the target:
     while a pole occludes the car that is the pole, or the road beside it. What it finds
     is therefore believed by its confidence, its size is expected to change slowly, and
@@ -139,7 +140,6 @@ class DynamicSwarmParticle:
     structure: float = 0.5
     balance: bool = True
     first_share: float = 0.5
-    blocks: int = 3
     template_gain: float = 0.1
     colour_gain: float = 0.05
     background_gain: float = 0.1
@@ -185,7 +185,7 @@ class DynamicSwarmParticle:
         self._appearance = self._first_appearance(frame.image)
         # Compile the kernels here, so that the first update is not timed with it.
         self._confidences(self._state[None])
-        log(exp(np.zeros((1, 6))))
+        self._displacement(self._state)
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
@@ -227,7 +227,6 @@ class DynamicSwarmParticle:
             structure=self.structure,
             balance=self.balance,
             first_share=self.first_share,
-            blocks=self.blocks,
             template_gain=self.template_gain,
             colour_gain=self.colour_gain,
             background_gain=self.background_gain,
@@ -297,8 +296,7 @@ class DynamicSwarmParticle:
         self._expected = np.log(_sides(self._predicted))
         noise = compose(noise, exp(growth))
         found = self._best_of(self._bounded(compose(self._predicted, noise)))
-        if found.best_confidence > swarm.best_confidence:
-            self._steps(found, self.stop)
+        self._steps(found, self.stop)
         if found.best_confidence >= max(self.found_above, swarm.best_confidence):
             return found, True
         self._expected, self._predicted = before
@@ -312,7 +310,7 @@ class DynamicSwarmParticle:
             kept = np.array([0.0, 0.0, 0.0, 0.0, trust, trust])
             self._velocity = self._displacement(state) * kept
         else:
-            step = np.nan_to_num(log(compose(inverse(self._predicted), state)))
+            step = log_between(self._predicted[None], state[None])[0]
             step[:4] *= self.size_gain
             state = compose(self._predicted, exp(trust * step))
             gains = np.array([GROWTH_GAIN, 0.0, 0.0, 0.0, *[self.smoothing] * 2])
@@ -346,26 +344,19 @@ class DynamicSwarmParticle:
     def _confidences(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (N,) confidences of states, less what the priors take."""
         confidences = self._appearance.confidences(states)
-        if self.size_prior > 0.0 or self.aspect_prior > 0.0:
-            width, height = np.log(_sides(states)).T - self._expected[:, None]
-            confidences -= self.size_prior * ((width + height) / 2.0) ** 2
-            confidences -= self.aspect_prior * (width - height) ** 2
-        if self.motion_prior > 0.0:
-            away = (states[:, :, 2] - self._predicted[:, 2]) / _sides(self._state)
-            confidences -= self.motion_prior * np.sum(away**2, axis=1)
-        return np.asarray(np.clip(confidences, 0.0, 1.0))
+        priors = np.array([self.size_prior, self.aspect_prior, self.motion_prior])
+        losses = prior_losses(
+            states, self._expected, self._predicted, _sides(self._state), priors
+        )
+        return np.asarray(np.minimum(np.maximum(confidences - losses, 0.0), 1.0))
 
     def _displacement(self, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (6,) log of the last estimate's inverse times ``state``."""
-        return np.nan_to_num(log(compose(inverse(self._state), state)))
+        return np.asarray(log_between(self._state[None], state[None])[0])
 
     def _bounded(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N, 2, 3) states with the lengths of their sides clipped."""
-        sides = _sides(states)
-        factors = np.clip(sides, self._sides_low, self._sides_high) / sides
-        bounded = states.copy()
-        bounded[:, :, :2] *= factors[:, None, :]
-        return bounded
+        return clipped(states, self._sides_low, self._sides_high)
 
 
 def dsp_paper(**parameters: Any) -> DynamicSwarmParticle:
@@ -373,7 +364,8 @@ def dsp_paper(**parameters: Any) -> DynamicSwarmParticle:
 
     The extreme learning machine reads normalised grey patches, without a colour cue
     and, so far, without the paper's auto-encoder in front of it; the best state is
-    always accepted, its displacement is the velocity, and nothing bounds its size.
+    always accepted, its displacement is the velocity, and no prior holds its size.
+    The velocity keeps translation and growth only, as in `DynamicSwarmParticle`.
     Silent points are chosen as documented in `DynamicSwarmParticle`.
     """
     setting = {

@@ -113,7 +113,7 @@ def test_hidden_car_is_expected_where_its_velocity_takes_it() -> None:
     ],
 )
 def test_boxes_are_nearer_with_the_mend(
-    without: dict[str, float], crossing: Clip
+    without: dict[str, Any], crossing: Clip
 ) -> None:
     assert overlaps(crossing, **without) + 0.01 < overlaps(crossing)
 
@@ -143,7 +143,8 @@ def test_paper_setting_accepts_and_learns_what_the_swarm_finds(crossing: Clip) -
     tracker = dsp_paper(particles=10)
     assert tracker.appearance == "machine"
     found = estimates(tracker, crossing, 5)
-    assert all(0.0 <= estimate.confidence <= 1.0 for estimate in found)
+    confidences = [estimate.confidence or 0.0 for estimate in found]
+    assert all(0.0 <= confidence <= 1.0 for confidence in confidences)
     assert {estimate.particles for estimate in found[1:]} <= set(range(10, 80, 10))
     assert dsp_paper(stop=0.5).stop == 0.5
 

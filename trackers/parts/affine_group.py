@@ -25,7 +25,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["compose", "exp", "inverse", "log"]
+__all__ = ["compose", "exp", "inverse", "log", "log_between", "moved"]
 
 
 def compose(
@@ -102,6 +102,28 @@ def log(elements: NDArray[np.float64]) -> NDArray[np.float64]:
     flat = np.ascontiguousarray(elements, np.float64).reshape(-1, 2, 3)
     result: NDArray[np.float64] = _log(flat)
     return result.reshape(*elements.shape[:-2], 6)
+
+
+def log_between(
+    first: NDArray[np.float64], second: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``log(first^-1 second)``, (N, 6), 0 where there is no real logarithm.
+
+    Parameters
+    ----------
+    first, second : (N, 2, 3) float
+        Group elements; of one of them N may be 1.
+    """
+    result: NDArray[np.float64] = _log_between(first, second)
+    return result
+
+
+def moved(
+    elements: NDArray[np.float64], velocities: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``elements exp(velocities)`` for (N, 2, 3) and (N, 6) arrays."""
+    result: NDArray[np.float64] = _moved(elements, velocities)
+    return result
 
 
 @numba.njit(cache=True)
@@ -195,4 +217,44 @@ def _log(elements):  # type: ignore[no-untyped-def]  # numba infers the types
         result[n, 2], result[n, 3] = (c - b) / 2.0, (b + c) / 2.0
         result[n, 4] = (v3 * x - v1 * y) / scale
         result[n, 5] = (v0 * y - v2 * x) / scale
+    return result
+
+
+@numba.njit(cache=True)
+def _log_between(first, second):  # type: ignore[no-untyped-def]  # numba infers
+    count = max(first.shape[0], second.shape[0])
+    products = np.empty((count, 2, 3))
+    for n in range(count):
+        one, two = first[n % first.shape[0]], second[n % second.shape[0]]
+        a, b, c, d = one[0, 0], one[0, 1], one[1, 0], one[1, 1]
+        determinant = a * d - b * c
+        for k in range(3):
+            x, y = two[0, k], two[1, k]
+            if k == 2:
+                x, y = x - one[0, 2], y - one[1, 2]
+            products[n, 0, k] = (d * x - b * y) / determinant
+            products[n, 1, k] = (a * y - c * x) / determinant
+    result = _log(products)
+    for n in range(count):
+        if np.isnan(result[n, 0]):
+            result[n] = 0.0
+    return result
+
+
+@numba.njit(cache=True)
+def _moved(elements, velocities):  # type: ignore[no-untyped-def]  # numba infers
+    result = _exp(velocities)
+    for n in range(elements.shape[0]):
+        a, b, c, d = (
+            elements[n, 0, 0],
+            elements[n, 0, 1],
+            elements[n, 1, 0],
+            elements[n, 1, 1],
+        )
+        for k in range(3):
+            x, y = result[n, 0, k], result[n, 1, k]
+            result[n, 0, k] = a * x + b * y
+            result[n, 1, k] = c * x + d * y
+        result[n, 0, 2] += elements[n, 0, 2]
+        result[n, 1, 2] += elements[n, 1, 2]
     return result

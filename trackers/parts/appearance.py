@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.trackers.parts.affine_group import compose, exp
-from simbench.trackers.parts.block_match import block_matches
 from simbench.trackers.parts.colour_posterior import ColourPosterior
 from simbench.trackers.parts.extreme_learning import ExtremeLearningMachine
 from simbench.trackers.parts.patches import Region, gradient_patches, grey_patches
@@ -101,8 +100,6 @@ class TemplateAppearance(Appearance):
         target from its surroundings in the first frame; in grey video it hardly does.
     first_share : float, in [0, 1]
         Weight of the first frame's template in structure.
-    blocks : int, a divisor of `TEMPLATE_SIDE`
-        Blocks along each side that are matched apart, as for `block_matches`.
     template_gain, colour_gain, background_gain : float, in [0, 1]
         Weight of a new frame in the template, in the target's and in its
         surroundings' colours.
@@ -122,14 +119,13 @@ class TemplateAppearance(Appearance):
         structure: float,
         balance: bool,
         first_share: float,
-        blocks: int,
         template_gain: float,
         colour_gain: float,
         background_gain: float,
     ) -> None:
         super().__init__(TEMPLATE_SIDE)
         self._gains = (template_gain, colour_gain, background_gain)
-        self._first_share, self._blocks = first_share, blocks
+        self._first_share = first_share
         self.look_at(image, state)
         region = self._covering(compose(state, exp(FAR_AROUND))[None])
         self._colour = ColourPosterior(region, state)
@@ -145,8 +141,7 @@ class TemplateAppearance(Appearance):
         self.evaluations += len(states)
         region = self._covering(states)
         patches = gradient_patches(region, states, self._side)
-        matches = block_matches(patches, self._matched, self._blocks)
-        structure = np.minimum(matches / FULL_CORRELATION, 1.0)
+        structure = np.clip(patches @ self._matched, 0.0, 1.0)
         colour = self._colour.scores(region, states)
         blend = self._structure_weight * structure + self.colour_weight * colour
         return np.asarray(blend, np.float64)
@@ -170,7 +165,8 @@ class TemplateAppearance(Appearance):
         """Set what patches are correlated with: both templates at once."""
         blend = self._first_share * self._first
         blend += (1.0 - self._first_share) * self._template
-        self._matched = blend
+        norm = max(float(np.linalg.norm(blend)), 1e-6)
+        self._matched = (blend / (norm * FULL_CORRELATION)).astype(np.float32)
 
 
 class MachineAppearance(Appearance):

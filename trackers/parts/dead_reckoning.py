@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.trackers.parts.affine_group import compose, exp, inverse, log
+from simbench.trackers.parts.affine_group import compose, exp, log_between
 
 __all__ = ["DeadReckoning"]
 
@@ -65,7 +65,7 @@ class DeadReckoning:
             self.velocity = velocity * KEPT
         if confidence >= CLEAR * self.usual:
             if self._frames_unclear == 0:
-                moved = np.nan_to_num(log(compose(inverse(self.state), state))) * KEPT
+                moved = log_between(self.state[None], state[None])[0] * KEPT
                 self.velocity = self.velocity + VELOCITY_GAIN * (moved - self.velocity)
             self.state, self._frames_unclear = state, 0
         else:

@@ -63,7 +63,7 @@ class Region:
         columns, rows = np.maximum(np.ceil((high - self.origin) / step), 3).astype(int)
         self.grey = np.empty((rows, columns), np.float32)
         self.codes = np.empty((rows, columns), np.uint16)
-        subsamples = min(max(math.ceil(step.max() - 1e-9), 1), MAX_SUBSAMPLES)
+        subsamples = min(max(round(float(step.max())), 1), MAX_SUBSAMPLES)
         _shrink(image, self.origin, step, subsamples, self.grey, self.codes)
 
     @property
@@ -135,11 +135,23 @@ def _bounds(
     image: NDArray[np.uint8], states: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the (2,) lowest and highest points, px, of states and their rings."""
-    extent = EXTENT * np.abs(states[:, :, :2]).sum(axis=-1)
+    bounds = _extremes(states)
     size = np.array([image.shape[1], image.shape[0]], np.float64)
-    low = np.clip((states[:, :, 2] - extent).min(axis=0), -BORDER, size - BORDER)
-    high = np.clip((states[:, :, 2] + extent).max(axis=0), BORDER, size + BORDER)
+    low = np.minimum(np.maximum(bounds[:2], -BORDER), size - BORDER)
+    high = np.minimum(np.maximum(bounds[2:], BORDER), size + BORDER)
     return low, high
+
+
+@numba.njit(cache=True)
+def _extremes(states):  # type: ignore[no-untyped-def]  # numba infers the types
+    """Return lowest x and y, and highest x and y, of states with their rings."""
+    result = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    for n in range(states.shape[0]):
+        for k in range(2):
+            extent = EXTENT * (abs(states[n, k, 0]) + abs(states[n, k, 1]))
+            result[k] = min(result[k], states[n, k, 2] - extent)
+            result[2 + k] = max(result[2 + k], states[n, k, 2] + extent)
+    return result
 
 
 @numba.njit(cache=True)
@@ -148,21 +160,23 @@ def _shrink(image, origin, step, count, grey, codes):  # type: ignore[no-untyped
     height, width = image.shape[0], image.shape[1]
     rows, columns = grey.shape
     samples = count * count
-    xs = np.empty(columns * count, np.int64)
+    xs = np.empty(columns * count, np.uintp)
     for i in range(columns * count):
         x = math.floor(origin[0] + (i + 0.5) / count * step[0])
         xs[i] = min(max(x, 0), width - 1)
+    sums = np.empty((columns, 3), np.uint32)
     for row in range(rows):
+        sums[:] = 0
+        for i in range(count):
+            y = math.floor(origin[1] + (row + (i + 0.5) / count) * step[1])
+            line = image[min(max(y, 0), height - 1)]
+            for column in range(columns):
+                for x in xs[column * count : (column + 1) * count]:
+                    for k in range(3):
+                        sums[column, k] += line[x, k]
         y_centre = origin[1] + (row + 0.5) * step[1]
         for column in range(columns):
-            red, green, blue = 0, 0, 0
-            for i in range(count):
-                y = math.floor(origin[1] + (row + (i + 0.5) / count) * step[1])
-                y = min(max(y, 0), height - 1)
-                for x in xs[column * count : (column + 1) * count]:
-                    red += image[y, x, 0]
-                    green += image[y, x, 1]
-                    blue += image[y, x, 2]
+            red, green, blue = sums[column]
             luma = 0.299 * red + 0.587 * green + 0.114 * blue
             grey[row, column] = luma / samples
             shift = 8 - BITS
@@ -189,7 +203,7 @@ def _soft_gradients(grey, result):  # type: ignore[no-untyped-def]  # numba infe
             result[row, column, 0], result[row, column, 1] = x * factor, y * factor
 
 
-@numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+@numba.njit(cache=True, fastmath={"reassoc", "contract", "nsz", "nnan"})
 def _cut(  # type: ignore[no-untyped-def]  # numba infers the types
     grid, states, origin, step, centred, flat, result
 ):
@@ -214,8 +228,10 @@ def _cut(  # type: ignore[no-untyped-def]  # numba infers the types
                 u = (np.float32(column) + half) * per_side - half
                 x = min(max(a * u + b * v + c, zero), last_x)
                 y = min(max(d * u + e * v + f, zero), last_y)
-                left, top = int(x), int(y)
+                # Unsigned: numba tests signed indices for negative values.
+                left, top = np.uintp(x), np.uintp(y)
                 p, q = x - np.float32(left), y - np.float32(top)
+                right, below = left + np.uintp(1), top + np.uintp(1)
                 w11 = p * q
                 w10, w01 = p - w11, q - w11
                 w00 = one - p - w01
@@ -223,9 +239,9 @@ def _cut(  # type: ignore[no-untyped-def]  # numba infers the types
                 for k in range(channels):
                     level = (
                         w00 * grid[top, left, k]
-                        + w10 * grid[top, left + 1, k]
-                        + w01 * grid[top + 1, left, k]
-                        + w11 * grid[top + 1, left + 1, k]
+                        + w10 * grid[top, right, k]
+                        + w01 * grid[below, left, k]
+                        + w11 * grid[below, right, k]
                     )
                     result[n, k * samples + at] = level
                     total += level

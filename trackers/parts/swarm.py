@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.trackers.parts.affine_group import compose, exp, inverse, log
+from simbench.trackers.parts.affine_group import log_between, moved
 
 __all__ = ["Swarm"]
 
@@ -70,15 +70,13 @@ class Swarm:
         tracking", ETRI Journal 2020 (DSP), eqs. 5 and 6, read in the Lie algebra:
         as printed they add and multiply group elements.
         """
-        inverses = inverse(self.states)
         samples = rng.random((2, len(self.states), 1))
-        attraction = own * samples[0] * log(compose(inverses, self.best_states))
-        attraction += common * samples[1] * log(compose(inverses, self.best))
+        attraction = own * samples[0] * log_between(self.states, self.best_states)
+        attraction += common * samples[1] * log_between(self.states, self.best[None])
+        # A half turn has no real logarithm; such a particle is not attracted.
         steps = inertia * (self.velocities + attraction)
-        # A half turn has no real logarithm; such a particle does not move.
-        steps = np.nan_to_num(steps, nan=0.0)
-        self.velocities = np.clip(steps, -MAX_STEP, MAX_STEP)
-        self.states = compose(self.states, exp(self.velocities))
+        self.velocities = np.minimum(np.maximum(steps, -MAX_STEP), MAX_STEP)
+        self.states = moved(self.states, self.velocities)
 
     def mean(self, width: float) -> NDArray[np.float64]:
         """Return the mean, (2, 3) px, of the best states near the swarm's best.
@@ -88,10 +86,12 @@ class Swarm:
         it: one state out of fifty is noisy, mostly in size.
         """
         best = self.best
-        offsets = np.nan_to_num(log(compose(inverse(best), self.best_states)))
+        offsets = log_between(best[None], self.best_states)
         weights = np.exp((self.best_confidences - self.best_confidence) / width)
         weights *= np.hypot(offsets[:, 4], offsets[:, 5]) < NEAR
-        return compose(best, exp(weights @ offsets / weights.sum()))
+        step = weights @ offsets / weights.sum()
+        mean: NDArray[np.float64] = moved(best[None], step[None])[0]
+        return mean
 
     def remember(self, confidences: NDArray[np.float64]) -> None:
         """Update the best states with the (N,) confidences of the current states."""

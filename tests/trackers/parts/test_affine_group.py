@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from simbench.trackers.parts.affine_group import compose, exp, inverse, log
+from simbench.trackers.parts.affine_group import (
+    compose,
+    exp,
+    inverse,
+    log,
+    log_between,
+    moved,
+)
 
 IDENTITY = np.eye(3)[:2]
 
@@ -84,3 +91,20 @@ def test_array_of_elements_gives_the_same_as_single_elements(
 def test_element_without_a_real_logarithm_gives_nan(linear: list[list[float]]) -> None:
     element = np.column_stack([np.array(linear), np.zeros(2)])
     assert np.isnan(log(element)).all()
+
+
+def test_moves_and_differences_equal_their_definitions(
+    rng: np.random.Generator,
+) -> None:
+    first = exp(rng.normal(0.0, 0.4, (20, 6)))
+    second = exp(rng.normal(0.0, 0.4, (20, 6)))
+    steps = log_between(first, second)
+    assert steps == pytest.approx(log(compose(inverse(first), second)), abs=1e-12)
+    assert moved(first, steps) == pytest.approx(second, abs=1e-12)
+    one = log_between(first[:1], second)
+    assert one == pytest.approx(log(compose(inverse(first[:1]), second)), abs=1e-12)
+
+
+def test_difference_without_a_real_logarithm_is_no_step() -> None:
+    mirror = np.array([[[1.0, 0.0, 3.0], [0.0, -1.0, 0.0]]])
+    assert log_between(IDENTITY[None], mirror).tolist() == [[0.0] * 6]

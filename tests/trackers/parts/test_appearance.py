@@ -20,7 +20,6 @@ SETTING = {
     "structure": 0.5,
     "balance": True,
     "first_share": 0.5,
-    "blocks": 3,
     "template_gain": 0.1,
     "colour_gain": 0.05,
     "background_gain": 0.1,
