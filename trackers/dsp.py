@@ -113,11 +113,11 @@ class DynamicSwarmParticle:
     the confidence of the shifted ones is below ``stop``; particles start from the last
     estimate.
 
-    Everything from ``least_noise`` to ``background_from`` departs from the paper; `dsp_paper`
-    switches it off. A swarm always finds a state with some similarity to the target:
-    while a pole occludes the car that is the pole, or the road beside it. What it finds
-    is therefore believed by its confidence, its size is expected to change slowly, and
-    what it learns is held by the template of the first frame.
+    Everything from ``least_noise`` to ``background_from`` departs from the paper;
+    `dsp_paper` switches it off. A swarm always finds a state with some similarity to
+    the target: while a pole occludes the car that is the pole, or the road beside it.
+    What it finds is therefore believed by its confidence, its size is expected to
+    change slowly, and what it learns is held by the template of the first frame.
 
     Particles, iterations, stop, inertia, own and common are the paper's; the other
     defaults were tuned on the scenario library, seeds 1000 and above, and on four
