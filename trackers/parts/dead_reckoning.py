@@ -13,6 +13,7 @@ CLEAR = 0.9  # of the usual confidence: from there the target counts as clearly 
 VELOCITY_GAIN = 0.1  # weight of the newest displacement in the velocity
 DECAY = 0.98  # of the velocity, by frame not clearly seen
 USUAL_GAIN, LOST_GAIN = 0.04, 0.005  # weight of a new confidence in the usual one
+FIRST_FRAMES = 8  # seen clearly in any case: what is usual is not known yet
 KEPT = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 1.0])  # growth and translation
 
 
@@ -45,7 +46,7 @@ class DeadReckoning:
         self.velocity: NDArray[np.float64] | None = None
         self.usual = 0.0
         self.frames_lost = 0
-        self._frames_unclear = 0
+        self._frames = self._frames_unclear = 0
 
     def follow(
         self,
@@ -63,7 +64,8 @@ class DeadReckoning:
         self.usual = self.usual or confidence
         if self.velocity is None:
             self.velocity = velocity * KEPT
-        if confidence >= CLEAR * self.usual:
+        self._frames += 1
+        if confidence >= CLEAR * self.usual or self._frames <= FIRST_FRAMES:
             if self._frames_unclear == 0:
                 moved = log_between(self.state[None], state[None])[0] * KEPT
                 self.velocity = self.velocity + VELOCITY_GAIN * (moved - self.velocity)
@@ -72,5 +74,5 @@ class DeadReckoning:
             self.state = compose(self.state, exp(self.velocity))
             self.velocity = DECAY * self.velocity
             self._frames_unclear += 1
-        gain = LOST_GAIN if is_lost else USUAL_GAIN
+        gain = LOST_GAIN if is_lost else max(USUAL_GAIN, 1.0 / self._frames)
         self.usual += gain * (confidence - self.usual)

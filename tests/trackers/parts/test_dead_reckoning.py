@@ -46,3 +46,12 @@ def test_usual_confidence_hardly_falls_while_lost() -> None:
             reckoned.follow(at(110.0), np.zeros(6), 0.2, is_lost=is_lost)
         usual.append(reckoned.usual)
     assert usual[0] < 0.6 < 0.8 < usual[1]
+
+
+def test_first_frames_better_than_the_rest_leave_nothing_behind() -> None:
+    reckoned = DeadReckoning(at(100.0))
+    for frame, confidence in enumerate([0.99, *[0.75] * 40], start=1):
+        x = 100.0 + 2.0 * frame
+        reckoned.follow(at(x), np.zeros(6), confidence, is_lost=False)
+    assert reckoned.state[0, 2] == 100.0 + 2.0 * 41
+    assert reckoned.usual == pytest.approx(0.75, abs=0.03)
