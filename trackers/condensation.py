@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +16,7 @@ from simbench.trackers.parts.camera_motion import CameraMotion
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from simbench.trackers.parts.confidence import Confidence
 from simbench.trackers.parts.course import Course
+from simbench.trackers.parts.courses import Courses
 from simbench.trackers.parts.filter_step import FilterStep
 
 __all__ = ["PAPER", "Condensation", "condensation_paper"]
@@ -27,9 +27,6 @@ MIN_NOISE_PX = 1.0  # of the position, once a course is known
 COURSE_START_WIDTHS = 0.25  # net displacement from which a course is known
 COURSE_JITTER = 1.0  # standard deviations of the jitter that it must exceed, too
 FLOOR = 0.5  # of the level: similarities below it tell no places apart
-BACKGROUND_ERROR = 0.8  # of the course's in the image: below it the background leads
-UNKNOWN_GAIN = 0.1  # of the newest frame whose shift is unknown
-UNKNOWN_SHARE = 0.15  # of the frames, smoothed: above it the background does not lead
 COAST_FRAMES = 20  # for which a steady course is carried on without the target
 BRAKE = 0.9  # of the speed per frame, after that or without a steady course
 WIDENING = 0.05  # of the spread per frame without the target
@@ -78,7 +75,7 @@ class Condensation:
         Weight of the grey levels' correlation with a template in the similarity,
         against the colours; 0 is the likelihood of the paper. Tuned.
     learning : float, in [0, 1]
-        Share of a frame in that template, where the filter is sure of the target.
+        Share of a frame in that template, where the search is sure of the target.
         Tuned.
     warm_up_noise : float
         Standard deviation of the position noise before a course is known, in box
@@ -191,13 +188,8 @@ class Condensation:
         )
         motion["scout_share"] = SCOUT_SHARE
         self._confidence = Confidence(self._filter.best, self._filter.colour)
-        self._course = self._first_course(x, y, float(2.0 * axes[0]))
-        self._image_course = self._background_course = self._course
+        self._courses = Courses(self._first_course(x, y, float(2.0 * axes[0])))
         self._camera = CameraMotion(frame.image) if self.camera_motion else None
-        self._background_trust = 1.0  # 0 in a frame whose shift is unknown
-        self._unknown = 0.0  # smoothed share of such frames
-        self._shift = (0.0, 0.0)  # of the background in this frame, px
-        self._travel = (0.0, 0.0)  # of the background so far, px
         self._box = (2.0 * axes).tolist()
         self._rng = rng
 
@@ -212,9 +204,7 @@ class Condensation:
         before = self._likelihood.evaluations
         state = self._filter
         if self._camera is not None:
-            shift = self._camera.shift(frame.image, state.mean)
-            self._background_trust = 0.0 if shift is None else 1.0
-            self._choose_course(*((0.0, 0.0) if shift is None else shift.tolist()))
+            self._courses.choose(self._camera.shift(frame.image, state.mean))
         self._set_motion()
         self._set_search()
         area = float(state.mean[2] * state.mean[3])
@@ -232,26 +222,10 @@ class Condensation:
             cloud=cloud,
         )
 
-    def _choose_course(self, dx: float, dy: float) -> None:
-        """Choose between the course in the image and that before the background.
-
-        The background has moved by ``dx, dy``, px, since the last frame.
-        """
-        self._shift = (0.0, 0.0)
-        self._travel = (self._travel[0] + dx, self._travel[1] + dy)
-        if self._background_course is self._image_course:
-            if dx == dy == 0.0:
-                return
-            self._background_course = copy.copy(self._image_course)
-            self._travel = (dx, dy)
-        image, background = self._image_course, self._background_course
-        self._course = image
-        known = self._background_trust
-        self._unknown += UNKNOWN_GAIN * (1.0 - known - self._unknown)
-        leads = background.error < BACKGROUND_ERROR * image.error
-        if leads and known > 0.0 and self._unknown < UNKNOWN_SHARE:
-            self._course = background
-            self._shift = (dx, dy)
+    @property
+    def _course(self) -> Course:
+        """The course that leads."""
+        return self._courses.leading
 
     def _set_motion(self) -> None:
         """Set drift and standard deviation of the position for the next step, px."""
@@ -260,13 +234,13 @@ class Condensation:
         widening = 1.0 + WIDENING * self._confidence.lost
         motion["growth"] = course.growth if self.drift else 0.0
         if not (self.drift and course.is_known):
-            motion["drift_x"], motion["drift_y"] = self._shift
+            motion["drift_x"], motion["drift_y"] = self._courses.shift
             motion["spread_x"] = self.warm_up_noise * width * widening
             motion["spread_y"] = self.warm_up_noise * height * widening
             return
         advance, spread, share = self._advance(course)
-        motion["drift_x"] = advance * math.cos(course.theta) + self._shift[0]
-        motion["drift_y"] = advance * math.sin(course.theta) + self._shift[1]
+        motion["drift_x"] = advance * math.cos(course.theta) + self._courses.shift[0]
+        motion["drift_y"] = advance * math.sin(course.theta) + self._courses.shift[1]
         motion["spread_x"] = max(spread, share * width) * widening
         motion["spread_y"] = max(spread, share * height) * widening
 
@@ -283,8 +257,8 @@ class Condensation:
         motion["floor"] = FLOOR * self._confidence.level
         if lost == 0:
             motion["seen_x"], motion["seen_y"] = self._filter.mean[:2].tolist()
-        motion["seen_x"] += self._shift[0]
-        motion["seen_y"] += self._shift[1]
+        motion["seen_x"] += self._courses.shift[0]
+        motion["seen_y"] += self._courses.shift[1]
         coasts = self._course.is_steady and lost <= COAST_FRAMES
         motion["scout_every"] = SCOUT_EVERY if lost > 0 and not coasts else 0
         boxes = SCOUT_BOXES * min(1.0 + SCOUT_WIDENING * lost, SCOUT_WIDEST)
@@ -296,11 +270,8 @@ class Condensation:
         if self.search:
             confidence.update(self._filter.best, self._filter.colour)
             trust = confidence.trust
-        self._plot(self._image_course, x, y, growth, trust)
-        if self._background_course is not self._image_course:
-            x, y = x - self._travel[0], y - self._travel[1]
-            trust *= self._background_trust
-            self._plot(self._background_course, x, y, growth, trust)
+        for course, place_x, place_y, known in self._courses.places(x, y, trust):
+            self._plot(course, place_x, place_y, growth, known)
         if confidence.may_learn:
             self._filter.learn(self.learning)
 

@@ -129,7 +129,7 @@ class Directional(Condensation):
             self.error_noise * course.error,
         )
         behind = self._reach * spread - course.speed  # the apex, px
-        x, y = (self._filter.mean[:2] + self._shift).tolist()
+        x, y = (self._filter.mean[:2] + self._courses.shift).tolist()
         self._filter.motion.update(
             half_angle=self.half_angle,
             theta=course.theta,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.trackers.parts import filter_kernel
+from simbench.trackers.parts import filter_kernel, measure_kernel
 from simbench.trackers.parts.colour_histogram import bin_table
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from simbench.trackers.parts.directional_gate import gate_weights
@@ -196,7 +196,7 @@ def measure(
     results: NDArray[np.float64],
 ) -> tuple[int, int, int]:
     """Measure a cloud into (2, N) results; return the region's corner and cell."""
-    used = filter_kernel.measure(
+    used = measure_kernel.measure(
         image,
         bin_table(),
         cloud,
