@@ -52,6 +52,6 @@ def test_level_follows_a_lasting_change_slowly() -> None:
     for _ in range(10):
         confidence.update(0.7, 0.6)
     assert 0.8 < confidence.level < 0.9
-    for _ in range(200):
+    for _ in range(400):
         confidence.update(0.7, 0.6)
     assert confidence.level < 0.71
