@@ -53,14 +53,15 @@ class Mend:
         return self.filter + self.off
 
 
-_PAPER: Final = "simbench.trackers.{}_paper"
-
-FILTERS: Final = (
-    Filter("condensation", _PAPER.format("condensation:condensation")),
-    Filter("directional-90", _PAPER.format("directional:directional_90")),
-    Filter("directional-45", _PAPER.format("directional:directional_45")),
-    Filter("directional-22", _PAPER.format("directional:directional_22")),
-    Filter("dsp", _PAPER.format("dsp:dsp")),
+FILTERS: Final = tuple(
+    Filter(name, f"{name}-paper")
+    for name in (
+        "condensation",
+        "directional-90",
+        "directional-45",
+        "directional-22",
+        "dsp",
+    )
 )
 
 _COLOUR_MENDS: Final = (
@@ -84,7 +85,7 @@ MENDS: Final = (
     Mend("expects its place", "dsp", "@motion_prior=0"),
     Mend("mean of the best states", "dsp", "@mean_width=0"),
     Mend("distrusts a weak best state", "dsp", "@trust_none=0@trust_all=0"),
-    Mend("searches widely once lost", "dsp", "@search_below=0"),
+    Mend("searches widely once lost", "dsp", "@lost_below=0"),
     Mend("smooth velocity", "dsp", "@smoothing=1"),
     Mend("dense middle of the cloud", "dsp", "@least_noise=1"),
 )
