@@ -27,6 +27,7 @@ MIN_NOISE_PX = 1.0  # of the position, once a course is known
 COURSE_START_WIDTHS = 0.25  # net displacement from which a course is known
 COURSE_JITTER = 1.0  # standard deviations of the jitter that it must exceed, too
 FLOOR = 0.5  # of the level: similarities below it tell no places apart
+DOUBT_SPREAD = 0.3  # share of the spread on a steady course, without any trust
 COAST_FRAMES = 20  # for which a steady course is carried on without the target
 BRAKE = 0.9  # of the speed per frame, after that or without a steady course
 WIDENING = 0.05  # of the spread per frame without the target
@@ -118,7 +119,9 @@ class Condensation:
       small that only a clear match draws the cloud to them.
 
     The course learns from a frame as much as its similarity is near the level, and
-    nothing from the jump to a target found again.
+    nothing from the jump to a target found again. On a steady course the cloud narrows
+    as the similarity falls: what is still seen of a car behind a tree would hold it
+    back.
 
     References
     ----------
@@ -181,12 +184,8 @@ class Condensation:
             scale_range=SCALE_RANGE,
             min_half_axis=MIN_HALF_AXIS_PX,
         )
-        motion = self._filter.motion
-        motion["scale_noise"], motion["aspect_noise"] = (
-            self.scale_noise,
-            self.aspect_noise,
-        )
-        motion["scout_share"] = SCOUT_SHARE
+        noise = {"scale_noise": self.scale_noise, "aspect_noise": self.aspect_noise}
+        self._filter.motion.update(noise, scout_share=SCOUT_SHARE)
         self._confidence = Confidence(self._filter.best, self._filter.colour)
         self._courses = Courses(self._first_course(x, y, float(2.0 * axes[0])))
         self._camera = CameraMotion(frame.image) if self.camera_motion else None
@@ -247,7 +246,10 @@ class Condensation:
     def _advance(self, course: Course) -> tuple[float, float, float]:
         """Return drift and standard deviation, px, and the latter's least in boxes."""
         spread = max(MIN_NOISE_PX, course.speed / 1.5, self.error_noise * course.error)
-        return course.speed, spread, self.position_noise
+        share = 1.0
+        if self.search and course.is_steady and self._confidence.lost == 0:
+            share = DOUBT_SPREAD + (1.0 - DOUBT_SPREAD) * self._confidence.trust
+        return course.speed, share * spread, share * self.position_noise
 
     def _set_search(self) -> None:
         """Set floor and scouts for the next step."""

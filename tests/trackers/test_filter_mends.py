@@ -97,6 +97,21 @@ def test_steady_course_is_carried_on_behind_a_pole(
     assert min(overlap(run, hidden.boxes)[-8:].mean() for run in runs) > 0.6
 
 
+def test_cloud_narrows_in_doubt_on_a_steady_course(hidden: Clip) -> None:
+    tracker = Condensation()
+    box = Box.from_array(hidden.boxes[0])
+    tracker.init(hidden.frames[0], box, np.random.default_rng(0))
+    spreads, trusts = [], []
+    for frame in hidden.frames[1:]:
+        tracker.update(frame)
+        if tracker._course.is_steady and tracker._confidence.lost == 0:
+            trusts.append(tracker._confidence.trust)
+            spreads.append(tracker._advance(tracker._course)[1])
+    doubted = np.array(trusts) < 0.5
+    assert doubted.any()
+    assert max(np.array(spreads)[doubted]) < min(np.array(spreads)[~doubted])
+
+
 @pytest.mark.parametrize("factory", [Condensation, directional_45])
 def test_camera_motion_is_taken_out_of_a_shaken_film(
     factory: Factory, shaken: Clip

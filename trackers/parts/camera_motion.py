@@ -179,7 +179,7 @@ class CameraMotion:
             first,
             second,
             start,
-            None,
+            start.copy(),
             winSize=WINDOW,
             maxLevel=2,
             criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.05),

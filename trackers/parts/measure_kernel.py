@@ -60,7 +60,7 @@ def fill(  # type: ignore[no-untyped-def]  # numba infers the types
 @numba.njit(cache=True, error_model="numpy")
 def mean_grey(image, left, top, cell):  # type: ignore[no-untyped-def]
     """Return the mean grey level of the pixels of a cell that are in the image."""
-    total, pixels = 0, 0
+    total, pixels = np.int64(0), 0
     for y in range(max(top, 0), min(top + cell, image.shape[0])):
         for x in range(max(left, 0), min(left + cell, image.shape[1])):
             total += np.int64(image[y, x, 0]) + np.int64(image[y, x, 2])

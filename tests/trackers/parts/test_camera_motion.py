@@ -21,9 +21,8 @@ def street(shift: tuple[float, float], noise: float = 2.0) -> NDArray[np.uint8]:
     matrix = np.array([[1.0, 0.0, shift[0] - 32.0], [0.0, 1.0, shift[1] - 30.0]])
     image = cv2.warpAffine(wide, matrix, (320, 240))
     fresh = np.random.default_rng(int(1000 * abs(sum(shift))) + 7)
-    return np.clip(image + fresh.normal(0.0, noise, image.shape), 0, 255).astype(
-        np.uint8
-    )
+    noisy = image + fresh.normal(0.0, noise, image.shape)
+    return np.asarray(np.clip(noisy, 0, 255), np.uint8)
 
 
 def with_car(image: NDArray[np.uint8], x: float, y: float) -> NDArray[np.uint8]:
