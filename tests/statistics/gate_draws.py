@@ -36,7 +36,7 @@ UNCHANGED: Final = {"condensation": 200, "directional-45": 120, "dsp": 40}
 DAMAGED: Final = {
     "half": "condensation@particles=50",
     "sigma": "condensation@sigma=0.12",
-    "noise": "condensation@position_noise=3.0",
+    "noise": "condensation@position_noise=0.18@error_noise=3.0",
 }
 _DAMAGED_RUNS: Final = 120
 
