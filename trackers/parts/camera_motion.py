@@ -166,10 +166,12 @@ class CameraMotion:
         scale = min(1.0, REGION_PX / float(size.max()))
         small = tuple(np.maximum((size * scale).round(), 16).astype(int).tolist())
         window = np.s_[low[1] : high[1], low[0] : high[0]]
+        method = cv2.INTER_LINEAR if scale > 0.5 else cv2.INTER_AREA  # slow if not due
         first, second = (
-            cv2.cvtColor(
-                cv2.resize(frame[window], small, interpolation=cv2.INTER_AREA),
-                cv2.COLOR_RGB2GRAY,
+            cv2.resize(
+                cv2.cvtColor(frame[window], cv2.COLOR_RGB2GRAY),
+                small,
+                interpolation=method,
             )
             for frame in (before, image)
         )
