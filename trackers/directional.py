@@ -129,7 +129,8 @@ class Directional(Condensation):
             self.error_noise * course.error,
         )
         behind = self._reach * spread - course.speed  # the apex, px
-        x, y = (self._filter.mean[:2] + self._courses.shift).tolist()
+        x, y = self._filter.mean[:2].tolist()
+        x, y = x + self._courses.shift[0], y + self._courses.shift[1]
         self._filter.motion.update(
             half_angle=self.half_angle,
             theta=course.theta,
