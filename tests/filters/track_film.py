@@ -6,20 +6,32 @@ versions of simbench have in common.
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import math
 from dataclasses import replace
 from typing import Any
 
 import simbench
 from simbench.core.errors import SimbenchError
-from simbench.evaluation.measures.failure_kinds import main_failure
-from simbench.evaluation.measures.losses import find_losses
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.trackers.find_tracker import find_tracker
 
 MEASURES = ("average_overlap", "precision_20", "success_50", "fps")
 KEEP_BYTES = 4e8  # of pictures, decoded once for all trackers
 SCORING = "simbench.evaluation.run_tracker", "simbench.evaluation.scores"
+
+
+def _of_evaluation(name: str) -> Any:
+    """Import a module of evaluation, which versions have in different rooms."""
+    for room in ("simbench.evaluation.measures", "simbench.evaluation"):
+        with contextlib.suppress(ModuleNotFoundError):
+            return importlib.import_module(f"{room}.{name}")
+    raise ModuleNotFoundError(name)
+
+
+main_failure = _of_evaluation("failure_kinds").main_failure
+find_losses = _of_evaluation("losses").find_losses
 
 
 def answer(
