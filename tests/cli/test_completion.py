@@ -39,13 +39,19 @@ def completed(
         pytest.param("simbench run po", ["poles"], id="scenario"),
         pytest.param("simbench run car-rear-still @ ex", ["extreme"], id="variant"),
         pytest.param("simbench sweep car-rear-still @ ex", ["extreme"], id="of sweep"),
-        pytest.param("simbench show con", ["convoy", "condensation"], id="show"),
+        pytest.param(
+            "simbench show con",
+            ["convoy", "condensation", "condensation-paper"],
+            id="show",
+        ),
         pytest.param("simbench run ./a", ["./a.yaml", "./also/"], id="file"),
         pytest.param(
-            "simbench run a --trackers still,ds", ["still,dsp"], id="trackers"
+            "simbench run a --trackers still,mos", ["still,mosse"], id="trackers"
         ),
-        pytest.param("simbench run a --trackers = ds", ["dsp"], id="with equals sign"),
-        pytest.param("simbench run a --trackers mine = ds", ["dsp"], id="label"),
+        pytest.param(
+            "simbench run a --trackers = mos", ["mosse"], id="with equals sign"
+        ),
+        pytest.param("simbench run a --trackers mine = mos", ["mosse"], id="label"),
         pytest.param(
             "simbench sweep a --vary occlusion.h", ["occlusion.hidden="], id="dial"
         ),
