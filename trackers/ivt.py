@@ -12,19 +12,17 @@ from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.affine_patches import (
-    MIN_SIDE_PX,
     bounded,
     box_of,
     grey_patches,
     random_walk,
+    side_limits,
     state_of,
 )
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.subspace import Subspace
 
 __all__ = ["Ivt"]
-
-SCALE_RANGE = (0.1, 10.0)  # of the first box, each side
 
 
 @dataclass(kw_only=True, eq=False)
@@ -102,9 +100,7 @@ class Ivt:
         self._states = np.tile(state, (self.particles, 1, 1))
         self._weights = np.full(self.particles, 1.0 / self.particles)
         self._extent = np.array(frame.image.shape[1::-1], np.float64)
-        sides = np.array([state[0, 0], state[1, 1]])
-        least = np.maximum(SCALE_RANGE[0] * sides, MIN_SIDE_PX)
-        self._sides = (least, SCALE_RANGE[1] * sides)
+        self._sides = side_limits(state)
         self._subspace = Subspace(
             components=self.components, forgetting=self.forgetting
         )

@@ -14,11 +14,11 @@ from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.affine_patches import (
-    MIN_SIDE_PX,
     bounded,
     box_of,
     grey_patches,
     random_walk,
+    side_limits,
     state_of,
 )
 from simbench.trackers.parts.resampling import systematic
@@ -26,7 +26,6 @@ from simbench.trackers.parts.sparse_coding import SparseCode, sparse_code
 
 __all__ = ["L1Apg"]
 
-SCALE_RANGE = (0.1, 10.0)  # of the first box, each side
 BLOCK = 50  # patches coded at once
 FIRST_NOISE = 0.02  # sides: offsets of the first templates
 OCCLUDED_FRAMES = 5  # without learning, after an occlusion was seen
@@ -117,9 +116,7 @@ class L1Apg:
         self._rng = rng
         self._states = np.tile(self._state, (self.particles, 1, 1))
         self._extent = np.array(frame.image.shape[1::-1], np.float64)
-        sides = np.array([self._state[0, 0], self._state[1, 1]])
-        least = np.maximum(SCALE_RANGE[0] * sides, MIN_SIDE_PX)
-        self._sides = (least, SCALE_RANGE[1] * sides)
+        self._sides = side_limits(self._state)
         near = random_walk(
             np.tile(self._state, (self.templates, 1, 1)),
             np.array([0.0, 0.0, 0.0, 0.0, FIRST_NOISE, FIRST_NOISE]),

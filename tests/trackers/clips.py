@@ -141,6 +141,17 @@ def run_tracker(tracker: Tracker, clip: Clip, seed: int = 0) -> NDArray[np.float
     return np.array(rows)
 
 
+def require_doubt_where_gone(tracker: Tracker, clip: Clip, frames: int) -> None:
+    """Require that confidence falls in a picture of noise, after some frames."""
+    box = Box.from_array(clip.boxes[0])
+    tracker.init(clip.frames[0], box, np.random.default_rng(0))
+    seen = [tracker.update(frame).confidence for frame in clip.frames[1:frames]]
+    noise = np.random.default_rng(1).integers(0, 255, (320, 480, 3), np.uint8)
+    gone = tracker.update(Frame(noise, 1.0, frames)).confidence
+    assert gone is not None
+    assert gone < 0.7 * min(each for each in seen if each is not None)
+
+
 def success(estimates: NDArray[np.float64], clip: Clip) -> float:
     """Return the share of frames after the first with an overlap above 0.5."""
     return float(np.mean(overlap(estimates, clip.boxes)[1:] > 0.5))

@@ -12,7 +12,14 @@ from simbench.core.tracker import Tracker
 from simbench.trackers.csk import Csk
 from simbench.trackers.kcf import Kcf
 from simbench.trackers.mosse import Mosse, peak_to_sidelobe
-from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
+from tests.trackers.clips import (
+    Clip,
+    render_clip,
+    require_doubt_where_gone,
+    run_tracker,
+    straight,
+    success,
+)
 
 FILTERS = [
     pytest.param(Csk(), id="csk"),
@@ -59,13 +66,7 @@ def test_box_follows_the_size_of_the_car_with_scales_only() -> None:
 def test_confidence_falls_where_the_target_is_gone(
     tracker: Tracker, crossing: Clip
 ) -> None:
-    box = Box.from_array(crossing.boxes[0])
-    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
-    seen = [tracker.update(frame).confidence for frame in crossing.frames[1:20]]
-    noise = np.random.default_rng(1).integers(0, 255, (320, 480, 3), np.uint8)
-    gone = tracker.update(Frame(noise, 1.0, 20)).confidence
-    assert gone is not None
-    assert gone < 0.7 * min(each for each in seen if each is not None)
+    require_doubt_where_gone(tracker, crossing, 20)
 
 
 def test_mosse_keeps_its_box_and_its_filter_while_the_target_is_hidden(

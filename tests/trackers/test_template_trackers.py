@@ -12,7 +12,14 @@ from simbench.core.tracker import Tracker
 from simbench.trackers.dft import Dft
 from simbench.trackers.ivt import Ivt
 from simbench.trackers.l1apg import L1Apg
-from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
+from tests.trackers.clips import (
+    Clip,
+    render_clip,
+    require_doubt_where_gone,
+    run_tracker,
+    straight,
+    success,
+)
 
 TRACKERS = [
     pytest.param(Ivt(particles=300), id="ivt"),
@@ -56,13 +63,7 @@ def test_runs_with_one_seed_are_equal_and_others_are_not(
 def test_confidence_falls_where_the_target_is_gone(
     tracker: Tracker, crossing: Clip
 ) -> None:
-    box = Box.from_array(crossing.boxes[0])
-    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
-    seen = [tracker.update(frame).confidence for frame in crossing.frames[1:12]]
-    noise = np.random.default_rng(1).integers(0, 255, (320, 480, 3), np.uint8)
-    gone = tracker.update(Frame(noise, 1.0, 12)).confidence
-    assert gone is not None
-    assert gone < 0.7 * min(each for each in seen if each is not None)
+    require_doubt_where_gone(tracker, crossing, 12)
 
 
 def test_l1apg_codes_few_patches_and_learns_none_that_is_occluded(

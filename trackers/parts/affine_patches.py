@@ -10,9 +10,17 @@ from numpy.typing import NDArray
 from simbench.core.box import Box
 from simbench.trackers.parts.affine_group import compose, exp
 
-__all__ = ["bounded", "box_of", "grey_patches", "random_walk", "state_of"]
+__all__ = [
+    "bounded",
+    "box_of",
+    "grey_patches",
+    "random_walk",
+    "side_limits",
+    "state_of",
+]
 
 MIN_SIDE_PX = 3.0
+SCALE_RANGE = (0.1, 10.0)  # of the first box, each side
 _CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]])
 
 
@@ -35,6 +43,20 @@ def box_of(state: NDArray[np.float64]) -> Box:
     """
     width, height = np.hypot(state[0, :2], state[1, :2]).tolist()
     return Box.from_center(float(state[0, 2]), float(state[1, 2]), width, height)
+
+
+def side_limits(
+    state: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the least and greatest sides, two (2,) px, of a target.
+
+    Parameters
+    ----------
+    state : (2, 3) float, px
+        Of its first box, upright.
+    """
+    sides = np.array([state[0, 0], state[1, 1]])
+    return np.maximum(SCALE_RANGE[0] * sides, MIN_SIDE_PX), SCALE_RANGE[1] * sides
 
 
 def random_walk(
