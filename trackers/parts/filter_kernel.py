@@ -23,7 +23,7 @@ MOTION = (
     "growth",  # of the log of the size
     "scale_noise",  # standard deviations of the log of the size
     "aspect_noise",
-    "scout_every",  # every how manieth particle is a scout; 0: none
+    "scout_every",  # one particle in so many is a scout; 0: none
     "scout_x",  # standard deviations of the scouts' position, px
     "scout_y",
     "scout_share",  # factor on a scout's weight
