@@ -12,6 +12,7 @@ import ast
 import hashlib
 import importlib.util
 import json
+import re
 import sys
 import sysconfig
 from collections.abc import Iterator
@@ -27,6 +28,9 @@ _PACKAGE = "simbench"
 _HOME = Path(__file__).parents[1]
 _DATA_SUFFIXES = {".glsl", ".vert", ".frag", ".json"}
 _INSTALLED = {"site-packages", "dist-packages"}
+_BLOCKS = ("body", "orelse", "handlers", "finalbody", "cases")
+"""Fields of the syntax tree that hold statements, and lists of them."""
+_QUOTED_NAME = re.compile(rb"[\"']" + _PACKAGE.encode() + rb"\.")
 
 
 def digest_of(*values: Any) -> str:
@@ -141,11 +145,13 @@ def _references_once(path: Path, mtime_ns: int, size: int) -> tuple[str, ...]:
 
 
 def _imported_names(path: Path) -> Iterator[str]:
+    source = path.read_bytes()
     try:
-        tree = ast.parse(path.read_bytes())
+        tree = ast.parse(source)
     except (SyntaxError, ValueError):  # never imported, then
         return
-    for node in _run_time_nodes(tree):
+    names_a_module = _QUOTED_NAME.search(source) is not None
+    for node in _run_time_nodes(tree, expressions=names_a_module):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
@@ -161,13 +167,23 @@ def _imported_names(path: Path) -> Iterator[str]:
             yield node.value
 
 
-def _run_time_nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield all nodes but those of ``if TYPE_CHECKING`` blocks."""
-    for node in ast.iter_child_nodes(tree):
+def _run_time_nodes(tree: ast.AST, *, expressions: bool) -> Iterator[ast.AST]:
+    """Yield all statements but those of ``if TYPE_CHECKING`` blocks.
+
+    With ``expressions``, their expressions too: nine tenths of the nodes, and imports
+    are never among them.
+    """
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, ast.If) and _is_type_checking(node.test):
             continue
         yield node
-        yield from _run_time_nodes(node)
+        if expressions:
+            waiting += ast.iter_child_nodes(node)
+        else:
+            for block in _BLOCKS:
+                waiting += getattr(node, block, ())
 
 
 def _is_type_checking(test: ast.expr) -> bool:

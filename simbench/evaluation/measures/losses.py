@@ -8,13 +8,13 @@ find in turn. Only scored frames count: a target cannot be lost while it is abse
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
 
 __all__ = [
     "FOUND_OVERLAP",
@@ -145,22 +145,27 @@ def survival(time_s: ArrayLike, is_lost: ArrayLike) -> Survival:
     References
     ----------
     Kaplan, Meier (1958), "Nonparametric estimation from incomplete observations", JASA
-    53(282). Computed by `scipy.stats.ecdf`.
+    53(282); the interval is the log-log one of Kalbfleisch, Prentice (1980), "The
+    Statistical Analysis of Failure Time Data", with Greenwood's variance. As
+    `scipy.stats.ecdf`, whose import takes longer than a short run.
     """
     times = np.asarray(time_s, dtype=np.float64)
     lost = np.asarray(is_lost, dtype=np.bool_)
     if len(times) == 0:
         raise ValueError("time_s: expected at least one run, got none")
-    from scipy.stats import CensoredData, ecdf  # a second; few need it
-
-    found = ecdf(CensoredData(uncensored=times[lost], right=times[~lost])).sf
-    with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
-        warnings.simplefilter("ignore", RuntimeWarning)  # undefined is NaN
-        bounds = found.confidence_interval(method="log-log")
-    low, high = bounds.low.probabilities, bounds.high.probabilities
+    moments, place = np.unique(times, return_inverse=True)
+    losses = np.bincount(place, lost)
+    ended = np.bincount(place)
+    at_risk = ended[::-1].cumsum()[::-1]
+    share = np.cumprod(1.0 - losses / at_risk)
+    with np.errstate(divide="ignore", invalid="ignore"):  # undefined is NaN
+        variance = np.cumsum(losses / (at_risk * (at_risk - losses)))
+        width = ndtri(0.975) * np.sqrt(variance) / np.log(share)
+        middle = np.log(-np.log(share))
+        low, high = (np.exp(-np.exp(middle + side * width)) for side in (-1.0, 1.0))
     return Survival(
-        np.concatenate([[0.0], found.quantiles]),
-        np.concatenate([[1.0], found.probabilities]),
+        np.concatenate([[0.0], moments]),
+        np.concatenate([[1.0], share]),
         np.concatenate([[1.0], low]),
         np.concatenate([[1.0], high]),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.stats import CensoredData, ecdf
 
 from simbench.evaluation.measures.losses import Loss, find_losses, occlusions, survival
 
@@ -71,3 +72,16 @@ def test_survival_of_runs_without_a_loss_stays_one() -> None:
 def test_survival_of_no_run_is_refused() -> None:
     with pytest.raises(ValueError, match="at least one run"):
         survival([], [])
+
+
+def test_survival_curve_and_its_interval_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(5)
+    times = rng.integers(1, 12, 60) / 4.0
+    lost = rng.random(60) < 0.6
+    curve = survival(times, lost)
+    expected = ecdf(CensoredData(uncensored=times[lost], right=times[~lost])).sf
+    bounds = expected.confidence_interval(method="log-log")
+    assert_allclose(curve.time_s[1:], expected.quantiles)
+    assert_allclose(curve.share[1:], expected.probabilities, atol=1e-12)
+    assert_allclose(curve.low[1:], bounds.low.probabilities, atol=1e-12)
+    assert_allclose(curve.high[1:], bounds.high.probabilities, atol=1e-12)
