@@ -65,7 +65,12 @@ def modules() -> dict[str, Path]:
 
 
 def room(module: str) -> str:
-    """Return the room of a dotted name: ``simbench`` for the package itself."""
+    """Return the room of a dotted name: ``simbench`` for the package itself.
+
+    What ``python -m simbench`` runs belongs to the command line.
+    """
+    if module == "simbench.__main__":
+        return "cli"
     parts = module.split(".")
     return parts[1] if len(parts) > 1 and parts[1] in LEVEL else "simbench"
 

@@ -22,9 +22,9 @@ from tests.attack.commands import (
     PATIENT_S,
     fault_in_words,
     session_members,
-    started,
     wait_until,
 )
+from tests.attack.forked import Ended, run_command
 
 COMMANDS: dict[str, list[str]] = {
     "generate": "generate smoke --frames 2 --jobs 1 --out=PLACE".split(),
@@ -80,32 +80,26 @@ def try_place(place: str, command: str, folder: Path) -> tuple[bool, str]:
         environment = {}
         if path.endswith(b"/full/out"):  # temporary files are there, too
             environment["TMPDIR"] = os.path.dirname(os.fsdecode(path))  # noqa: PTH120
-        process = started(arguments, own, environment)
-        try:
-            code = process.wait(PATIENT_S)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, 9)
-            code = -1
+        ended = run_command(arguments, own, limit_s=PATIENT_S, environment=environment)
         after = _content(own / "places")
-    fault = _fault(own, process.pid, code)
+    fault = _fault(ended)
     touched = [name for name in before if before[name] != after.get(name)]
     if touched and (place, command) not in _REPLACED:
         fault = f"changed or removed: {touched}"
-    said = (own / "stderr").read_bytes()[:200]
     if not fault:
         shutil.rmtree(own)
-    return not fault, f"{place} {command}: {code} {said!r}: {fault or 'survived'}"
+    said = f"{ended.status} {ended.stderr[:200]!r}"
+    return not fault, f"{place} {command}: {said}: {fault or 'survived'}"
 
 
-def _fault(own: Path, session: int, code: int) -> str:
-    said = (own / "stderr").read_bytes()
-    if code not in (0, 1, 2, 130):
-        return f"exit status: {said[-300:]!r}"
-    if b"Traceback" in (own / "stdout").read_bytes():
+def _fault(ended: Ended) -> str:
+    if ended.status not in (0, 1, 2, 130):
+        return f"exit status: {ended.stderr[-300:]!r}"
+    if b"Traceback" in ended.stdout:
         return "traceback in what is printed"
-    if not wait_until(lambda: not session_members(session), 30.0):
-        return f"processes left: {session_members(session)}"
-    return fault_in_words(said)
+    if not wait_until(lambda: not session_members(ended.pid), 30.0):
+        return f"processes left: {session_members(ended.pid)}"
+    return fault_in_words(ended.stderr)
 
 
 def _make_baseline(path: Path) -> None:
@@ -113,10 +107,10 @@ def _make_baseline(path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(suite))
     update = ["check", "--baseline", str(path), "--update", "--reason", "x"]
-    if code := started(update, path.parent).wait(PATIENT_S):
-        said = (path.parent / "stderr").read_text()
+    ended = run_command(update, path.parent, limit_s=PATIENT_S)
+    if ended.status:
         path.unlink()
-        raise RuntimeError(f"the baseline could not be made: {code}: {said}")
+        raise RuntimeError(f"the baseline could not be made: {ended.output}")
 
 
 def _content(folder: Path) -> dict[bytes, object]:

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -20,11 +20,7 @@ _WITH_TIMES = {"dataset.json", "run.json", ".lock", "workers.log", "report.html"
 """Files that hold when, how long or where something was made."""
 
 
-def started(
-    arguments: Sequence[str | bytes],
-    folder: Path,
-    environment: Mapping[str, str] | None = None,
-) -> subprocess.Popen[bytes]:
+def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
     """Start simbench in a session of its own.
 
     What it prints goes to ``stdout`` and ``stderr`` in ``folder``, temporary files to
@@ -32,21 +28,19 @@ def started(
 
     Parameters
     ----------
-    arguments : sequence of str or bytes
+    arguments : sequence of str
     folder : Path
         Where it works; made if missing.
-    environment : mapping, optional
-        Variables that differ from those of this process.
     """
     temporary = folder / "temporary"
     temporary.mkdir(parents=True, exist_ok=True)
-    program = [sys.executable, "-c", "from simbench.cli import main; main()"]
+    program = [sys.executable, "-m", "simbench"]
     variables = {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary), "COLUMNS": "200"}
     with (folder / "stdout").open("wb") as out, (folder / "stderr").open("wb") as err:
         return subprocess.Popen(
             [*program, *arguments],
             cwd=folder,
-            env=os.environ | variables | dict(environment or {}),
+            env=os.environ | variables,
             stdin=subprocess.DEVNULL,
             stdout=out,
             stderr=err,

@@ -27,13 +27,12 @@ from tests.attack.commands import (
     wait_until,
 )
 
-_GENERATE = "generate smoke --count 3 --frames 4 --format got10k --jobs 2 --out"
+_GENERATE = "generate smoke --count 2 --frames 4 --format got10k --jobs 2 --out"
 COMMANDS = {
     "generate": f"{_GENERATE} out",
     "generate-url": f"{_GENERATE} file://FOLDER/out",
     "generate-lease": f"{_GENERATE} dir://out::file://FOLDER",
-    "run": "run smoke --frames 4 --seeds 0:2 --trackers still,condensation --jobs 2 "
-    "--out out",
+    "run": "run smoke --frames 4 --seeds 0:2 --trackers still,mosse --jobs 2 --out out",
     "sweep": "sweep smoke --vary noise=0:0.02:0.02 --frames 4 --seeds 0 --trackers "
     "still --jobs 2 --out out",
     "check": "check --baseline FOLDER/baseline.json --jobs 2",

@@ -64,5 +64,5 @@ def test_hostile_files_are_refused_or_read_with_little_memory(tmp_path: Path) ->
                     raise AssertionError(f"{name}: more than one line") from error
         return 0
 
-    ended = in_child(read_all, tmp_path / "log", limit_s=300.0, memory=_MEMORY)
+    ended = in_child(read_all, tmp_path, limit_s=300.0, memory=_MEMORY)
     assert ended.status == 0, ended.output[-2000:]

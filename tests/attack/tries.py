@@ -134,7 +134,7 @@ def try_input(one: HostileInput, folder: Path) -> tuple[bool, str]:
     (folder / "outside").mkdir(parents=True)
     arguments = one.make(folder)
     before = snapshot(folder / "outside")
-    ended = run_command(arguments, folder, limit_s=_WAIT_S)
+    ended = run_command(arguments, _made(folder / "work"), limit_s=_WAIT_S)
     faults = {
         f"exit status {ended.status}": ended.status not in (0, 1, 2),
         f"took {ended.cpu_seconds:.1f} s of the processor": ended.cpu_seconds
@@ -149,11 +149,15 @@ def try_input(one: HostileInput, folder: Path) -> tuple[bool, str]:
     return not fault, f"{one.name}: {fault or 'survived'}"
 
 
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 def _files(folder: Path, kills: int) -> Iterator[Try]:
     # in a fresh clone the first picture compiles kernels, for half a minute and 1 GB
-    (folder / "first").mkdir()
-    picture = str(folder / "first" / "frame.png")
-    run_command(["show", "smoke", "--out", picture], folder / "first", limit_s=300.0)
+    first = _made(folder / "first")
+    run_command(["show", "smoke", "--out", "frame.png"], first, limit_s=300.0)
     return _inputs(hostile_files(), folder)
 
 

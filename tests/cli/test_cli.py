@@ -350,6 +350,19 @@ def test_interrupt_before_the_work_shows_no_traceback(
     assert capsys.readouterr() == ("", "")
 
 
+def test_interrupt_while_the_command_line_is_imported_is_quiet(tmp_path: Path) -> None:
+    # what the command line imports first sends the interrupt
+    code = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(9)"
+    (tmp_path / "typer.py").write_text(code)
+    ended = subprocess.run(
+        [sys.executable, "-m", "simbench", "list"],
+        env=os.environ | {"PYTHONPATH": f"{tmp_path}:{Path.cwd()}"},
+        capture_output=True,
+        check=False,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, b"", b"")
+
+
 def test_tables_and_lines_show_text_as_it_is() -> None:
     written = io.StringIO()
     console = Console(file=written, width=60)
@@ -370,11 +383,8 @@ def test_progress_shows_markup_of_a_title_as_text() -> None:
 
 @pytest.mark.parametrize("command", ["list", "list --json", "schema"])
 def test_reader_that_has_enough_is_no_error(command: str) -> None:
-    program = (
-        f"from simbench.cli import main; import sys; sys.argv[1:] = {command.split()}"
-    )
     writing = subprocess.Popen(
-        [sys.executable, "-c", f"{program}; main()"],
+        [sys.executable, "-m", "simbench", *command.split()],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -386,9 +396,8 @@ def test_reader_that_has_enough_is_no_error(command: str) -> None:
 
 
 def test_debug_shows_the_traceback() -> None:
-    program = "from simbench.cli import main; main()"
     done = subprocess.run(
-        [sys.executable, "-c", program, "--debug", "report", "nosuch"],
+        [sys.executable, "-m", "simbench", "--debug", "report", "nosuch"],
         capture_output=True,
         text=True,
         check=False,

@@ -339,7 +339,7 @@ def test_broken_run_json_is_refused(
 def simbench(*arguments: str, cwd: Path) -> subprocess.Popen[str]:
     """Start the command line in a process group of its own."""
     return subprocess.Popen(
-        [sys.executable, "-c", "from simbench.cli import main; main()", *arguments],
+        [sys.executable, "-m", "simbench", *arguments],
         cwd=cwd,
         env=os.environ | {"PYTHONPATH": str(ROOT), "SIMBENCH_TEST_GO": str(cwd / "go")},
         stdout=subprocess.PIPE,

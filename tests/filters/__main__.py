@@ -110,9 +110,8 @@ def _films(given: argparse.Namespace) -> tuple[Clip, ...]:
     names = given.scenarios.split(",")
     longest = max(one.frames for name in names for one in load_variants(name))
     shorter = ["--frames", str(given.frames)] if given.frames < longest else []
-    call = "from simbench.cli import main; main()"
     found = subprocess.run(
-        [sys.executable, "-c", call, "generate", *names, "--seeds", given.seeds]
+        [sys.executable, "-m", "simbench", "generate", *names, "--seeds", given.seeds]
         + [*shorter, "--jobs", str(given.jobs), "--replace", "--out", str(folder)],
         cwd=ROOT,
     )
