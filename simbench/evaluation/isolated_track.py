@@ -14,7 +14,7 @@ import importlib
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -24,6 +24,7 @@ from simbench.core.box import Box
 from simbench.core.errors import SimbenchError
 from simbench.core.frame import Frame
 from simbench.core.tracker import FailureKind, Phase, Track
+from simbench.evaluation.decoded_frames import decoded_frames
 from simbench.evaluation.run_tracker import fail_with, run_frames, track_seed
 from simbench.evaluation.track_buffer import TrackBuffer
 from simbench.runtime.isolation import ChildEnd, run_isolated
@@ -65,6 +66,8 @@ class TrackRequest:
     seed : int
         Of the scenario instance, see `track_seed`.
     repetition : int
+    film : str
+        Names the frames, see `simbench.evaluation.decoded_frames`.
     """
 
     tracker: TrackerSpec
@@ -72,6 +75,7 @@ class TrackRequest:
     start: Box
     seed: int
     repetition: int = 0
+    film: str = ""
 
 
 def track_isolated(
@@ -115,11 +119,12 @@ def track_isolated(
             on_frame(buffer.frame, count)
 
     def run() -> None:
-        _construct_and_run(request, buffer, number, limits)
+        _construct_and_run(replace(request, frames=frames), buffer, number, limits)
         if buffer.error is not None:
             raise buffer.error  # so that its traceback is in the output
 
     with _one_thread_in_opencv():
+        frames = decoded_frames(request.frames, request.film)
         end = run_isolated(
             run,
             deadline_s=_deadline(buffer, limits.timeout_s),

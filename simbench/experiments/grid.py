@@ -223,8 +223,9 @@ class _Grid:
             raise AssertionError("a run that has ended waits to be scored")
         number = segment_repetition(track.protocol, track.repetition, len(run.done))
         frames = frames_in_order(sequence, segment.order)
+        film = f"{track.sequence.name} {segment.order}"
         request = TrackRequest(
-            track.tracker, frames, segment.start, track.seed or 0, number
+            track.tracker, frames, segment.start, track.seed or 0, number, film
         )
         arguments = request, track.limits, track.output, self.is_isolated
         limit_s = 2 * track.limits.timeout_s + _GRACE_S

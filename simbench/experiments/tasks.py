@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -15,6 +16,7 @@ import cv2
 
 from simbench.core.atomic_write import atomic_write_folder
 from simbench.core.errors import DatasetError, ScenarioError, SimbenchError
+from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.evaluation.isolated_track import (
     Limits,
@@ -153,10 +155,25 @@ def score_track(
     report : callable
     """
     # here, so that a process that only tracks loads no table library
-    from simbench.datasets.referenced import read_stored
     from simbench.evaluation.protocols.protocol_scores import score_segments
 
-    scores = score_segments(found, read_stored(sequence), protocol)
+    scores = score_segments(found, _stored(sequence, _written_ns(sequence)), protocol)
     with atomic_write_folder(part) as temporary:
         scores.write(temporary)
     return scores
+
+
+def _written_ns(folder: Path) -> int:
+    """Return when a sequence was written [ns]; 0 where there is none to read."""
+    try:
+        return (folder / "sequence.json").stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+@lru_cache(maxsize=1)
+def _stored(folder: Path, written_ns: int) -> Sequence:
+    """Return a sequence, read once for the scores of all runs on it."""
+    from simbench.datasets.referenced import read_stored
+
+    return read_stored(folder)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,14 +57,27 @@ def run(
     tracker: TrackerSpec,
     output: Path,
     limits: Limits = LIMITS,
+    film: str = "",
 ) -> JobEvent:
     start = Box.from_array(sequence.truth.boxes[0])
-    request = TrackRequest(tracker, sequence.frames, start, seed=4)
+    request = TrackRequest(tracker, sequence.frames, start, seed=4, film=film)
     pool.start(Job(0, "track", run_track, (request, limits, output, True), 60.0))
     while True:
         for event in pool.events(within_s=10.0):
             if event.kind != "progress":
                 return event
+
+
+def test_frames_of_a_named_film_are_read_once_for_all_runs(
+    pool: WorkerPool, tmp_path: Path
+) -> None:
+    write_sequence(tmp_path / "film", tiny_sequence())
+    sequence = read_sequence(tmp_path / "film")
+    still, output = find_tracker("still"), tmp_path / "output.txt"
+    assert run(pool, sequence, still, output, film="named").kind == "done"
+    shutil.rmtree(tmp_path / "film")
+    assert run(pool, sequence, still, output, film="named").value.failures == ()
+    assert run(pool, sequence, still, output).kind == "failed"
 
 
 def bad(name: str) -> TrackerSpec:

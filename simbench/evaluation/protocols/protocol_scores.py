@@ -47,11 +47,13 @@ def score_segments(
     Parameters
     ----------
     done : sequence of (Segment, Track)
-        At least one.
+        At least one; one over the whole sequence where the protocol is ``ope``.
     sequence : Sequence
         The whole.
     protocol : Protocol
     """
+    if protocol == "ope":
+        return score(done[0][1], sequence)
     times_s = frame_times(sequence)
     parts = []
     for segment, track in done:
