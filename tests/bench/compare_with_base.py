@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.beside.checkout import ROOT, checked_out, require_same_dependencies
+from tests.beside.checkout import ROOT, checked_out, require_dependencies
 from tests.beside.side import Side
 
 _WORKER = Path(__file__).with_name("film_worker.py")
@@ -69,7 +69,7 @@ def main() -> None:
     given = parser.parse_args()
     core = max(os.sched_getaffinity(0))
     with checked_out(given.base) as folder:
-        require_same_dependencies(folder)
+        require_dependencies(folder)
         sides = Side(folder, _WORKER, core), Side(ROOT, _WORKER, core)
         print("| film | base, ms a frame | now | ratio | spread | equal |")
         print("|---|---|---|---|---|---|", flush=True)

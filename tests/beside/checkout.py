@@ -7,15 +7,18 @@ import tempfile
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
+
+from packaging.requirements import Requirement
 
 __all__ = [
     "ROOT",
     "checked_out",
     "full_commit",
     "is_changed",
-    "require_same_dependencies",
+    "require_dependencies",
 ]
 
 ROOT: Final = Path(__file__).resolve().parents[2]
@@ -57,13 +60,21 @@ def is_changed() -> bool:
     return bool(subprocess.run(git, capture_output=True, check=True).stdout)
 
 
-def require_same_dependencies(base: Path) -> None:
-    """Require that one environment serves both sides."""
-    needs = [
-        tomllib.loads((folder / "pyproject.toml").read_text())["project"][
-            "dependencies"
-        ]
-        for folder in (ROOT, base)
-    ]
-    if needs[0] != needs[1]:
-        raise SystemExit("expected a base with the same dependencies, got others")
+def require_dependencies(base: Path) -> None:
+    """Require that the present environment serves a base, too.
+
+    Raises
+    ------
+    SystemExit
+        If it lacks something that the base needs, or has another version of it.
+    """
+    project = tomllib.loads((base / "pyproject.toml").read_text())["project"]
+    for need in map(Requirement, project["dependencies"]):
+        if need.marker is not None and not need.marker.evaluate():
+            continue
+        try:
+            found = version(need.name)
+        except PackageNotFoundError:
+            found = "none"
+        if found == "none" or not need.specifier.contains(found, prereleases=True):
+            raise SystemExit(f"{base.name}: expected {need} installed, got {found}")

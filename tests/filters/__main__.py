@@ -34,7 +34,7 @@ from tests.beside.checkout import (
     checked_out,
     full_commit,
     is_changed,
-    require_same_dependencies,
+    require_dependencies,
 )
 from tests.filters.page import Origin, page
 from tests.filters.plan import Commit, Plan, read_tuned, seconds
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         plan = _plan(given)
         with checked_out(commit) as folder:
-            require_same_dependencies(folder)
+            require_dependencies(folder)
             text = make_page(given, plan, commit, folder)
         with atomic_write(given.page) as temporary:
             temporary.write_text(text, encoding="utf-8")
