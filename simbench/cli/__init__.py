@@ -27,6 +27,7 @@ from simbench.cli import (
     frames,
     generate,
     probe,
+    reproduce,
     run,
     show,
     sweep,
@@ -60,6 +61,7 @@ app.command("check")(check.check)
 app.command("compare")(compare.compare)
 app.command("report")(run.report)
 app.command("frames")(frames.frames)
+app.command("reproduce")(reproduce.reproduce)
 app.command("list")(describe.list_all)
 app.command("show")(show.show)
 app.command("catalogue")(catalogue.catalogue)

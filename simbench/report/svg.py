@@ -7,7 +7,7 @@ from typing import Final
 
 from simbench.core.text import printable
 
-__all__ = ["circle", "document", "label", "path", "segment"]
+__all__ = ["circle", "document", "label", "mark", "path", "rectangle", "segment"]
 
 _FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 
@@ -45,11 +45,27 @@ def segment(
     )
 
 
-def path(points: list[tuple[float, float]], color: str, dash: str = "") -> str:
+def path(
+    points: list[tuple[float, float]], color: str, dash: str = "", width: float = 1.0
+) -> str:
     """Return a line through points."""
     listed = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-    dashes = f' stroke-dasharray="{dash}"' if dash else ""
-    return f'<polyline points="{listed}" fill="none" stroke="{color}"{dashes}/>'
+    more = f' stroke-dasharray="{dash}"' if dash else ""
+    more += f' stroke-width="{width:g}"' if width != 1.0 else ""
+    return f'<polyline points="{listed}" fill="none" stroke="{color}"{more}/>'
+
+
+def rectangle(x: float, y: float, width: float, height: float, fill: str) -> str:
+    """Return a filled rectangle without a border."""
+    return (
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" '
+        f'fill="{fill}"/>'
+    )
+
+
+def mark(x: float, y: float, color: str, radius: float) -> str:
+    """Return a filled dot, for many points."""
+    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:g}" fill="{color}"/>'
 
 
 def circle(x: float, y: float, color: str, *, is_filled: bool = True) -> str:

@@ -1,0 +1,1 @@
+"""The experiments of three papers: published figures beside measured ones."""
