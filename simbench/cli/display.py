@@ -174,8 +174,10 @@ def _score_cell(row: Any, measure: str, contest: Contest) -> Text:
 def print_table(
     console: Console, headings: Sequence[str], rows: Iterable[Sequence[str]]
 ) -> None:
-    """Print a plain table; a cell may have several lines."""
-    table = Table(*headings, **_TABLE)
+    """Print a plain table; a cell may have several lines, and long words are folded."""
+    table = Table(**_TABLE)
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
     for row in rows:
         table.add_row(*map(_cell, row))
     console.print(table)

@@ -18,7 +18,7 @@ EXPLAINED: Final = {
     "norm_precision_area": "mean of the same share at 0, 0.01, ..., 0.5",
     "center_error_px": "mean distance of the centres in frames with an estimate, px",
     "center_error_median_px": "median distance of the centres, infinite for a miss, px",
-    "fps": "updates per second, without initialisation",
+    "fps": "updates per second, without initialisation; a dash for no work",
     "particles_min": "fewest particles in a frame",
     "particles_mean": "particles per frame",
     "frames": "frames of the sequence",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from simbench.cli.display import score_table
+from simbench.cli.display import print_table, score_table
 from simbench.evaluation.scores import Scores
 from tests.cli.test_compare import run_of
 
@@ -38,3 +38,13 @@ def test_enough_seeds_have_intervals(tmp_path: Path) -> None:
     lines = printed(scores, 120)
     assert "[" in "".join(lines) and any(line.startswith("n = 8") for line in lines)
     assert not any(line.startswith("too small") for line in lines)
+
+
+def test_long_words_are_folded_and_not_cut() -> None:
+    label = "mine.trackers.particle:Particles@particles=400@noise=0.125"
+    console = Console(width=80, no_color=True)
+    with console.capture() as captured:
+        print_table(console, ("tracker", "score"), [(label * 2, "0.123")])
+    lines = captured.get().splitlines()
+    assert "".join(line.split()[0] for line in lines[2:]) == label * 2
+    assert "0.123" in lines[2]

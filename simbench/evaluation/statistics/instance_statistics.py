@@ -39,6 +39,8 @@ GROUP: Final = ("scenario", "variant", "tracker")
 
 _SPREAD_COLUMNS: Final = ("mean", "sd", "min", "max", "low", "high")
 _UNBOUNDED: Final = ("fps", "particles", "seconds", "frames", "center_error")
+_MOST_FPS: Final = 50_000.0
+"""Frame rate above which a tracker does no work: 20 microseconds are a few calls."""
 _UNITS: Final = ("_px", "_s", "_m", "_kmh", "_frames")
 
 
@@ -199,8 +201,11 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
         One row for each scenario, variant and tracker in order of appearance:
         these three, the numbers of ``seeds``, ``runs`` and ``failed`` runs, and for
         each measure ``<measure>.mean, .sd, .min, .max, .low, .high`` as in `Spread`.
-        Failed runs are included with their scores.
+        Failed runs are included with their scores. A tracker that does no work, such as
+        ``still``, has no frame rate.
     """
+    if "fps" in measures:
+        runs = runs.assign(fps=_rates_of_work(runs))
     by_seed = seed_means(runs, measures)
     groups = runs.groupby(list(GROUP), sort=False)
     rows = []
@@ -218,6 +223,12 @@ def summary(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
             row |= zip(names, values, strict=True)
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _rates_of_work(runs: pd.DataFrame) -> pd.Series:
+    """Return frame rates; NaN for trackers whose rate is that of the calls alone."""
+    fastest = runs.groupby("tracker")["fps"].transform("max")
+    return runs["fps"].mask(fastest > _MOST_FPS)
 
 
 @dataclass(frozen=True, slots=True)

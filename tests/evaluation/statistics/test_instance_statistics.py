@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 
@@ -152,6 +153,14 @@ def test_summary_has_a_row_for_recorded_data_without_seed(tiny: Sequence) -> Non
     scores = scored(tiny, seed=None, lost=8)
     (row,) = summary(scores.runs, ["success_50"]).to_dict("records")
     assert (row["seeds"], row["success_50.mean"]) == (1, 1.0)
+
+
+def test_tracker_that_does_no_work_has_no_frame_rate(tiny: Sequence) -> None:
+    scores = Scores.concat([scored(tiny, seed=1, lost=8), scored(tiny, seed=2, lost=8)])
+    idle = scores.runs.assign(tracker="idle", fps=[300_000.0, 20_000.0])  # once held up
+    working = scores.runs.assign(tracker="working", fps=[900.0, 1100.0])
+    found = summary(pd.concat([idle, working]), ["fps"])["fps.mean"].tolist()
+    assert np.isnan(found[0]) and found[1] == 1000.0
 
 
 def test_curve_averages_over_seeds(tiny: Sequence) -> None:
