@@ -118,8 +118,9 @@ def score_table(scores: Scores) -> Table:
         "bold: no other is shown to be better (if seeds suffice); = : does not "
         "discriminate, as 'still' ties the best"
     )
-    table = Table("scenario", caption=caption, **_TABLE)
-    table.add_column("tracker", overflow="fold")
+    table = Table(caption=caption, **_TABLE)
+    for title in ("scenario", "tracker"):
+        table.add_column(title, overflow="fold")
     for title, _ in SCORE_COLUMNS.values():
         table.add_column(title, justify="right", no_wrap=title in _WHOLE)
     means = summary(scores.runs, list(SCORE_COLUMNS))

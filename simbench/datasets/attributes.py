@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from simbench.core import box as box_math
 from simbench.core.sequence import Sequence
 
-__all__ = ["box_attributes", "picture_attributes"]
+__all__ = ["box_attributes", "fast_motion", "low_resolution", "picture_attributes"]
 
 _FAST: Final = 0.5
 _CHANGE: Final = 2.0
@@ -64,12 +64,37 @@ def box_attributes(boxes: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]
     with np.errstate(divide="ignore", invalid="ignore"):
         aspects = boxes[:, 2] / boxes[:, 3]
         values = {
-            "fast_motion": _above(steps / np.sqrt(areas), _FAST),
+            "fast_motion": fast_motion(steps, areas),
             "scale_change": _changed(areas),
             "aspect_change": _changed(aspects),
-            "low_resolution": _above(-areas, -_LOW_RESOLUTION_PX2),
+            "low_resolution": low_resolution(areas),
         }
     return values
+
+
+def fast_motion(
+    steps_px: NDArray[np.float64], areas_px2: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where a target moves by more than half its size from frame to frame.
+
+    Parameters
+    ----------
+    steps_px : (T,) float, px
+        Distance of its centre from that in the frame before.
+    areas_px2 : (T,) float, square px
+        Of its box.
+
+    Returns
+    -------
+    (T,) float
+        1, 0, or NaN where either is NaN.
+    """
+    return _above(steps_px - _FAST * np.sqrt(areas_px2), 0.0)
+
+
+def low_resolution(areas_px2: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where a box is smaller than 400 square pixels: (T,) 1, 0 or NaN."""
+    return _above(-areas_px2, -_LOW_RESOLUTION_PX2)
 
 
 def picture_attributes(

@@ -13,12 +13,10 @@ from pandas.arrays import BooleanArray
 
 from simbench.core import box
 from simbench.core.sequence import Sequence, Truth
+from simbench.datasets.attributes import fast_motion, low_resolution
 from simbench.evaluation.measures.losses import HIDDEN
 
 __all__ = ["ATTRIBUTES", "attributes"]
-
-_SMALL_PX2: Final = 400.0
-_FAST: Final = 0.5  # of the size of the target, from frame to frame
 
 ATTRIBUTES: Final = {
     "occluded": "less than half of the target is visible",
@@ -44,10 +42,8 @@ def attributes(sequence: Sequence) -> dict[str, BooleanArray]:
     tracking benchmark", IJCV 129, for motion in units of the target.
     """
     truth = sequence.truth
-    with np.errstate(invalid="ignore"):
-        area = box.area(truth.boxes)
-        size = np.sqrt(area)
-        fast = truth.displacement_px > _FAST * size
+    area = box.area(truth.boxes)
+    size = np.sqrt(area)
     there = ~truth.absent
     light = (sequence.scenario or {}).get("light")
     is_dark = isinstance(light, dict) and light.get("time") == "night"
@@ -56,8 +52,8 @@ def attributes(sequence: Sequence) -> dict[str, BooleanArray]:
         "occluded": _known(
             truth.visible_fraction < HIDDEN, there & ~np.isnan(truth.visible_fraction)
         ),
-        "small": _known(area < _SMALL_PX2, np.isfinite(area)),
-        "fast": _known(fast, np.isfinite(truth.displacement_px) & np.isfinite(size)),
+        "small": _flags(low_resolution(area)),
+        "fast": _flags(fast_motion(truth.displacement_px, area)),
         "near_distractor": _near_distractor(truth, size),
         "night": _known(
             np.full(len(area), is_dark), np.full(len(area), is_lit, dtype=np.bool_)
@@ -80,6 +76,11 @@ def _near_distractor(truth: Truth, size: NDArray[np.float64]) -> BooleanArray:
     with np.errstate(invalid="ignore"):
         near = np.any(shown & (distance <= size[:, None]), axis=1)
     return _known(near, np.isfinite(size))
+
+
+def _flags(values: NDArray[np.float64]) -> BooleanArray:
+    """Return 1 and 0 as flags; NaN is unknown."""
+    return _known(values == 1.0, ~np.isnan(values))
 
 
 def _known(flags: NDArray[np.bool_], known: NDArray[np.bool_]) -> BooleanArray:
