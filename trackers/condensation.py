@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,7 @@ from simbench.trackers.parts.kld_sampling import KldSampling
 from simbench.trackers.parts.particle_cloud import ParticleCloud
 from simbench.trackers.parts.resampling import SCHEMES
 
-__all__ = ["PAPER", "Condensation", "condensation_paper"]
+__all__ = ["PAPER", "Condensation", "check_choice", "condensation_paper"]
 
 SCALE_RANGE = (0.1, 10.0)  # of the first box: cars shrink fourfold on a long road
 MIN_HALF_AXIS_PX = 1.5  # below this an ellipse covers fewer than ten pixels
@@ -179,11 +180,7 @@ class Condensation:
         for name in ("structure", "learning"):
             if not 0.0 <= (value := getattr(self, name)) <= 1.0:
                 raise TrackerError(f"{name} must be in [0, 1], got {value}")
-        if self.resampling not in list(SCHEMES):
-            raise TrackerError(
-                f"resampling must be one of {', '.join(SCHEMES)}, "
-                f"got {self.resampling!r}{did_you_mean(self.resampling, list(SCHEMES))}"
-            )
+        check_choice("resampling", self.resampling, SCHEMES)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -329,6 +326,14 @@ class Condensation:
         if lost > 0 and not (course.is_steady and lost <= COAST_FRAMES):
             course.brake(BRAKE)
         course.forget_if_wrong()
+
+
+def check_choice(name: str, value: object, known: Iterable[str]) -> None:
+    """Raise `TrackerError` if a parameter is none of the known words."""
+    words = list(known)
+    if value not in words:
+        expected = f"{name} must be one of {', '.join(words)}"
+        raise TrackerError(f"{expected}, got {value!r}{did_you_mean(value, words)}")
 
 
 def condensation_paper(**parameters: Any) -> Condensation:

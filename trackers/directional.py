@@ -12,9 +12,18 @@ from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
-from simbench.trackers.condensation import MIN_NOISE_PX, PAPER, Condensation
+from simbench.trackers.condensation import (
+    MIN_NOISE_PX,
+    PAPER,
+    Condensation,
+    check_choice,
+)
 from simbench.trackers.parts.course import STEADY_DISAGREEMENT, Course
-from simbench.trackers.parts.directional_gate import forward_mean
+from simbench.trackers.parts.directional_gate import (
+    CLOUD_OFFSET,
+    WEIGHTINGS,
+    forward_mean,
+)
 
 __all__ = [
     "Directional",
@@ -26,7 +35,6 @@ __all__ = [
     "directional_90_paper",
 ]
 
-CLOUD_OFFSET = 0.85  # standard deviations ahead; reproduces the published usage
 MIN_SPEED_WIDTHS = 0.02  # per frame: below it, jitter determines the direction
 
 
@@ -42,6 +50,9 @@ class Directional(Condensation):
     ----------
     half_angle : float, rad, in (0, pi]
         T.
+    weighting : str
+        How the weight falls with the angle within T: ``linear``, as in the paper,
+        ``cosine``, ``gaussian`` of standard deviation T/2, or ``none``, a hard gate.
     particles, samples, sigma, surround, background, structure, learning, \
     warm_up_noise, position_noise, error_noise, scale_noise, aspect_noise, drift, \
     search, camera_motion, resampling, keep_cloud
@@ -79,6 +90,7 @@ class Directional(Condensation):
     """
 
     half_angle: float = math.pi / 4
+    weighting: str = "linear"
     fallbacks: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -86,12 +98,14 @@ class Directional(Condensation):
         super().__post_init__()
         if not 0.0 < self.half_angle <= math.pi:
             raise TrackerError(f"half_angle must be in (0, pi], got {self.half_angle}")
-        self._reach = forward_mean(CLOUD_OFFSET, self.half_angle)  # in std deviations
+        check_choice("weighting", self.weighting, WEIGHTINGS)
+        self._reach = forward_mean(CLOUD_OFFSET, self.half_angle, self.weighting)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
         self.fallbacks = 0
         super().init(frame, box, rng)
+        self._filter.motion["weighting"] = float(WEIGHTINGS.index(self.weighting))
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
@@ -114,6 +128,10 @@ class Directional(Condensation):
         agrees = course.disagreement < STEADY_DISAGREEMENT
         return agrees and self._confidence.lost == 0
 
+    def _gate(self, course: Course) -> tuple[float, float]:
+        """Return T, rad, and where the gate moves the cloud, in standard deviations."""
+        return self.half_angle, self._reach
+
     def _set_motion(self) -> None:
         self._filter.motion["half_angle"] = 0.0
         super()._set_motion()
@@ -122,17 +140,18 @@ class Directional(Condensation):
         if not self._is_gated:
             return super()._advance(course)
         width, height = self._box
+        half_angle, reach = self._gate(course)
         spread = max(
             MIN_NOISE_PX,
             self.position_noise * math.sqrt(width * height),
-            course.speed / self._reach,
+            course.speed / reach,
             self.error_noise * course.error,
         )
-        behind = self._reach * spread - course.speed  # the apex, px
+        behind = reach * spread - course.speed  # the apex, px
         x, y = self._filter.mean[:2].tolist()
         x, y = x + self._courses.shift[0], y + self._courses.shift[1]
         self._filter.motion.update(
-            half_angle=self.half_angle,
+            half_angle=half_angle,
             theta=course.theta,
             apex_x=x - behind * math.cos(course.theta),
             apex_y=y - behind * math.sin(course.theta),

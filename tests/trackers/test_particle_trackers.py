@@ -9,6 +9,7 @@ from simbench.core.box import Box, centers, overlap
 from simbench.trackers.condensation import Condensation
 from simbench.trackers.condensation_kld import CondensationKld
 from simbench.trackers.directional import Directional, directional_45, directional_90
+from simbench.trackers.directional_auto import DirectionalAuto
 from simbench.trackers.find_tracker import find_tracker
 from simbench.trackers.still import Still
 from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
@@ -19,6 +20,7 @@ PARTICLE_TRACKERS = [
     "condensation-kld-paper",
     "directional-90",
     "directional-45",
+    "directional-auto",
     "dsp",
 ]
 
@@ -200,3 +202,34 @@ def test_kld_sampling_uses_few_particles_on_a_course_and_many_in_a_search() -> N
     assert steady.mean() < 0.6 * tracker.particles
     assert lost.min() == tracker.particles
     assert len(tracker.cloud.states) == used[-1]
+
+
+@pytest.mark.parametrize("weighting", ["cosine", "gaussian", "none"])
+def test_directional_filter_follows_with_each_weighting(
+    weighting: str, crossing: Clip
+) -> None:
+    boxes = run_tracker(directional_45(weighting=weighting), crossing)
+    assert success(boxes, crossing) > 0.9
+    assert not np.array_equal(boxes, run_tracker(directional_45(), crossing))
+
+
+def test_automatic_gate_is_narrow_on_a_straight_and_wide_on_a_winding_course(
+    crossing: Clip,
+) -> None:
+    time = np.arange(70)
+    winding = np.column_stack([50.0 + 4.0 * time, 150.0 + 30.0 * np.sin(time / 4.0)])
+    winds = render_clip(winding, np.full(70, 50.0))
+    angles = []
+    for clip in (crossing, winds):
+        tracker = DirectionalAuto()
+        box = Box.from_array(clip.boxes[0])
+        tracker.init(clip.frames[0], box, np.random.default_rng(0))
+        seen = []
+        for frame in clip.frames[1:]:
+            tracker.update(frame)
+            seen.append(tracker.half_angle)
+        angles.append(np.array(seen[30:]))
+    assert angles[0].min() == pytest.approx(tracker.narrowest)
+    assert angles[0].mean() < 0.6 * angles[1].mean()
+    assert angles[1].max() == pytest.approx(tracker.widest)
+    assert success(run_tracker(DirectionalAuto(), winds), winds) > 0.9

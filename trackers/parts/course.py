@@ -15,6 +15,7 @@ ERROR_GAIN = 0.2  # of the newest squared prediction error
 BIAS_GAIN = 0.25  # of the newest prediction error
 DISAGREEMENT_GAIN = 0.15  # of the newest step
 FIRST_DISAGREEMENT = 0.3  # a course is on trial at first
+FIRST_AGREEMENT = 0.9  # mean cosine, that of a spread of 26 degrees
 STEADY_BIAS = 0.4  # of the speed: with more, the target is braking or turning
 STEADY_DISAGREEMENT = 0.4  # share of recent steps
 FORGET_DISAGREEMENT = 0.8  # above it, at no speed, the course is forgotten
@@ -66,6 +67,8 @@ class Course:
         Root of the smoothed squared error of the predicted steps.
     disagreement : float, in [0, 1]
         Smoothed share of steps whose direction is more than ``tolerance`` off.
+    spread : float, rad, at least 0
+        Circular standard deviation of the steps' directions about ``theta``.
 
     Notes
     -----
@@ -93,6 +96,7 @@ class Course:
     speed: float = 0.0
     growth: float = 0.0
     disagreement: float = 1.0
+    _agreement: float = field(default=FIRST_AGREEMENT, init=False)  # mean cosine
     _squared_error: float = field(default=0.0, init=False)
     _bias: tuple[float, float] = field(default=(0.0, 0.0), init=False)
     _drift: tuple[float, float] = field(default=(0.0, 0.0), init=False)
@@ -112,6 +116,15 @@ class Course:
     def error(self) -> float:
         """Root of the smoothed squared error of the predicted steps, px."""
         return math.sqrt(self._squared_error)
+
+    @property
+    def spread(self) -> float:
+        """Circular standard deviation of the steps' directions about theta, rad.
+
+        ``sqrt(-2 ln C)`` with C the smoothed mean cosine of the angle to ``theta``
+        (Mardia and Jupp, "Directional statistics", 2000, eq. 2.3.14).
+        """
+        return math.sqrt(-2.0 * math.log(min(max(self._agreement, 1e-3), 1.0)))
 
     @property
     def is_steady(self) -> bool:
@@ -186,6 +199,7 @@ class Course:
             self.x, self.y = x, y
             self.disagreement = FIRST_DISAGREEMENT
             self._bias = (0.0, 0.0)
+            self._agreement = FIRST_AGREEMENT
 
     def _turn(self, measured: float, trust: float) -> None:
         """Move theta by one step of the approximate median towards a measured angle."""
@@ -193,6 +207,7 @@ class Course:
         disagrees = 1.0 if abs(turn) > self.tolerance else 0.0
         gain = DISAGREEMENT_GAIN * trust
         self.disagreement += gain * (disagrees - self.disagreement)
+        self._agreement += gain * (math.cos(turn) - self._agreement)
         step = MEDIAN_STEP * trust
         self.theta = wrap(self.theta + max(-step, min(step, turn)))
 

@@ -11,6 +11,7 @@ import math
 import numba
 import numpy as np
 
+from simbench.trackers.parts.directional_gate import angle_factor
 from simbench.trackers.parts.kld_sampling import EMPTY, claim, particles_needed
 from simbench.trackers.parts.measure_kernel import GREY_NOISE, measure
 from simbench.trackers.parts.resampling import resample
@@ -45,11 +46,12 @@ MOTION = (
     "bin_x",  # px
     "bin_y",
     "bin_size",  # of the log of the size
+    "weighting",  # of the angle, by its place in `WEIGHTINGS`
 )
 (SCHEME, DRIFT_X, DRIFT_Y, SPREAD_X, SPREAD_Y, GROWTH, SCALE, ASPECT) = range(8)
 (SCOUT_EVERY, SCOUT_X, SCOUT_Y, SCOUT_SHARE, SEEN_X, SEEN_Y) = range(8, 14)
 (HALF_ANGLE, THETA, APEX_X, APEX_Y, PRECISION, FLOOR, CELL) = range(14, 21)
-(EPSILON, QUANTILE, LEAST, BIN_X, BIN_Y, BIN_SIZE) = range(21, 27)
+(EPSILON, QUANTILE, LEAST, BIN_X, BIN_Y, BIN_SIZE, WEIGHTING) = range(21, 28)
 
 
 @numba.njit(cache=True)
@@ -118,6 +120,7 @@ def gate(cloud, motion, factors):  # type: ignore[no-untyped-def]
     """
     count = cloud.shape[0]
     every = int(motion[SCOUT_EVERY])
+    weighting = int(motion[WEIGHTING])
     passed = False
     for i in range(count):
         factor = 1.0
@@ -129,7 +132,7 @@ def gate(cloud, motion, factors):  # type: ignore[no-untyped-def]
             )
             turn = abs(beta - motion[THETA]) % math.tau
             psi = min(turn, math.tau - turn)
-            factor = max(1.0 - psi / motion[HALF_ANGLE], 0.0)
+            factor = angle_factor(psi, motion[HALF_ANGLE], weighting)
         factors[i] = factor
         passed = passed or factor > 0.0
     if not passed:

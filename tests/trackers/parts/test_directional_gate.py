@@ -10,7 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simbench.trackers.parts.course import Course, wrap
-from simbench.trackers.parts.directional_gate import forward_mean, gate_weights
+from simbench.trackers.parts.directional_gate import (
+    CLOUD_OFFSET,
+    WEIGHTINGS,
+    forward_mean,
+    gate_weights,
+    reach,
+)
 
 ANGLES = [math.pi / 2, math.pi / 4, math.pi / 8]
 
@@ -47,12 +53,36 @@ def test_gate_advances_a_centred_cloud_by_the_closed_form(
     assert forward_mean(0.0, half_angle) == pytest.approx(advance, rel=1e-3)
 
 
-def test_forward_mean_agrees_with_a_sampled_cloud(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_forward_mean_agrees_with_a_sampled_cloud(
+    weighting: str, rng: np.random.Generator
+) -> None:
     cloud = rng.standard_normal((400_000, 2)) + [0.85, 0.0]
-    weights = gate_weights(cloud, 0.0, math.pi / 4)
+    weights = gate_weights(cloud, 0.0, math.pi / 4, weighting)
     sampled = weights @ cloud[:, 0] / weights.sum()
     # Half pass, spread about 0.7: standard error about 0.7 / sqrt(200 000) = 0.0016.
-    assert forward_mean(0.85, math.pi / 4) == pytest.approx(sampled, abs=0.008)
+    advance = forward_mean(0.85, math.pi / 4, weighting)
+    assert advance == pytest.approx(sampled, abs=0.008)
+    for half_angle in (0.3, 1.1, 2.9):
+        exact = forward_mean(CLOUD_OFFSET, half_angle, weighting)
+        assert reach(half_angle, weighting) == pytest.approx(exact, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("weighting", "expected"),
+    [
+        ("linear", [1.0, 0.5, 0.0, 0.0]),
+        ("cosine", [1.0, math.sqrt(0.5), 0.0, 0.0]),
+        ("gaussian", [1.0, math.exp(-0.5), math.exp(-2.0), 0.0]),
+        ("none", [1.0, 1.0, 1.0, 0.0]),
+    ],
+)
+def test_weight_falls_with_the_angle_by_its_function(
+    weighting: str, expected: list[float]
+) -> None:
+    offsets = np.array([at(0), at(-20), at(39.999), at(40.001)])
+    weights = gate_weights(offsets, 0.0, math.radians(40), weighting)
+    assert weights == pytest.approx(expected, abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -84,6 +114,22 @@ def test_median_moves_one_degree_towards_the_measured_angle(
     step = at(measured)
     moving.advance(4.0 * step[0], 4.0 * step[1])
     assert math.degrees(moving.theta) == pytest.approx(after)
+
+
+@pytest.mark.parametrize("degrees", [5.0, 20.0, 40.0])
+def test_spread_is_the_deviation_of_recent_directions(
+    degrees: float, rng: np.random.Generator
+) -> None:
+    moving = course(0.0)
+    x = y = 0.0
+    spreads = []
+    for turn in rng.normal(0.0, degrees, 400).tolist():
+        step = at(turn)
+        x, y = x + 4.0 * step[0], y + 4.0 * step[1]
+        moving.advance(x, y)
+        spreads.append(math.degrees(moving.spread))
+    # Over about 1 / 0.15 steps, and about a theta that wanders by some degrees.
+    assert np.mean(spreads[50:]) == pytest.approx(degrees, rel=0.15)
 
 
 def test_direction_is_kept_while_the_target_is_stationary() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simbench.trackers.parts import filter_kernel, measure_kernel
 from simbench.trackers.parts.colour_histogram import bin_table
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
-from simbench.trackers.parts.directional_gate import gate_weights
+from simbench.trackers.parts.directional_gate import WEIGHTINGS, gate_weights
 from simbench.trackers.parts.filter_step import FilterStep
 from simbench.trackers.parts.resampling import SCHEMES
 from tests.trackers.clips import car, draw, road
@@ -84,7 +84,10 @@ def plain_factors(step: FilterStep, cloud: NDArray[np.float64]) -> NDArray[np.fl
     if motion["half_angle"] > 0.0:
         apex = [motion["apex_x"], motion["apex_y"]]
         offsets = cloud[:, :2] - apex
-        factors = gate_weights(offsets, motion["theta"], motion["half_angle"])
+        weighting = WEIGHTINGS[int(motion["weighting"])]
+        factors = gate_weights(
+            offsets, motion["theta"], motion["half_angle"], weighting
+        )
     if motion["scout_every"]:
         factors[:: int(motion["scout_every"])] = motion["scout_share"]
     return factors if factors.any() else np.ones(len(cloud))
@@ -122,6 +125,15 @@ MOTIONS = {
         "seen_x": 95.0,
         "seen_y": 58.0,
         "floor": 0.4,
+    },
+    "gate that weighs by a cosine": {
+        "spread_x": 4.0,
+        "spread_y": 4.0,
+        "half_angle": math.pi / 4,
+        "weighting": 1.0,
+        "theta": 0.2,
+        "apex_x": 98.0,
+        "apex_y": 60.0,
     },
     "gate and search": {
         "spread_x": 3.0,
@@ -273,4 +285,6 @@ def test_template_follows_by_its_share(rng: np.random.Generator) -> None:
 def test_motion_lists_what_the_kernel_reads() -> None:
     assert filter_kernel.MOTION[filter_kernel.SEEN_Y] == "seen_y"
     assert filter_kernel.MOTION[filter_kernel.CELL] == "cell"
-    assert len(filter_kernel.MOTION) == filter_kernel.CELL + 1
+    assert filter_kernel.MOTION[filter_kernel.LEAST] == "least"
+    assert filter_kernel.MOTION[filter_kernel.WEIGHTING] == "weighting"
+    assert len(filter_kernel.MOTION) == filter_kernel.WEIGHTING + 1

@@ -56,8 +56,8 @@ def test_one_bin_needs_one_particle() -> None:
 def test_bin_is_empty_once_whatever_else_is_occupied(rng: np.random.Generator) -> None:
     occupied = np.zeros((1024, 3), np.int64)
     occupied[:, 0] = EMPTY
-    bins = rng.integers(-6, 7, (500, 3)).tolist()
-    found = [bool(claim(*each, occupied)) for each in bins]
+    bins = [(c, r, s) for c, r, s in rng.integers(-6, 7, (500, 3)).tolist()]
+    found = [bool(claim(c, r, s, occupied)) for c, r, s in bins]
     firsts = [each not in bins[:index] for index, each in enumerate(bins)]
     assert found == firsts
     assert not all(firsts)
