@@ -107,16 +107,24 @@ class InstancedMesh:
         GL.glBindBuffer(GL.GL_ARRAY_BUFFER, self._primitive._buffers[1])
         GL.glBufferSubData(GL.GL_ARRAY_BUFFER, 0, columns.nbytes, columns)
 
-    def draw(self, start: int = 0, end: int | None = None) -> None:
-        """Draw all instances, or only the corners ``start`` to ``end`` of each."""
+    def draw(self) -> None:
+        """Draw all instances."""
         if self._primitive is None or not self._count:
             return
-        count = (self._corners if end is None else end) - start
         GL.glBindVertexArray(self._primitive._vaid)
-        offset = ctypes.c_void_p(4 * start)
         GL.glDrawElementsInstanced(
-            GL.GL_TRIANGLES, count, GL.GL_UNSIGNED_INT, offset, self._count
+            GL.GL_TRIANGLES, self._corners, GL.GL_UNSIGNED_INT, None, self._count
         )
+
+    def draw_ranges(self, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> None:
+        """Draw the first instance's corners from starts to ends, (N,), in turn."""
+        if self._primitive is None or not len(starts):
+            return
+        GL.glBindVertexArray(self._primitive._vaid)
+        counts = (ends - starts).astype(np.int32)
+        offsets = (ctypes.c_void_p * len(starts))(*(4 * starts).tolist())
+        kind = GL.GL_UNSIGNED_INT
+        GL.glMultiDrawElements(GL.GL_TRIANGLES, counts, kind, offsets, len(starts))
 
     def delete(self) -> None:
         """Free the buffers."""
@@ -146,11 +154,11 @@ class CellMesh:
         self._high = np.maximum.reduceat(points, starts) if len(points) else points
 
     def draw(self, clip: NDArray[np.float64]) -> None:
-        """Draw the cells that may be visible in a projection, runs of them at once."""
+        """Draw the cells that may be visible in a projection, from near to far."""
         seen = np.flatnonzero(may_be_visible(clip, self._low, self._high))
-        for run in np.split(seen, np.flatnonzero(np.diff(seen) > 1) + 1):
-            if len(run):
-                self._mesh.draw(int(self._starts[run[0]]), int(self._ends[run[-1]]))
+        depth = (self._low[seen] + self._high[seen]) @ clip[3, :3]
+        seen = seen[np.argsort(depth, kind="stable")]
+        self._mesh.draw_ranges(self._starts[seen], self._ends[seen])
 
     def delete(self) -> None:
         """Free the buffers."""
@@ -158,8 +166,16 @@ class CellMesh:
 
 
 def _weld(rows: NDArray[np.float32]) -> tuple[NDArray[Any], NDArray[np.uint32]]:
-    """Return the distinct rows and, for every row, its index among them."""
+    """Return the distinct rows and, for every row, its index among them.
+
+    Should two rows differ that have the same hash, all are returned as they are.
+    """
     packed = np.ascontiguousarray(rows, np.float32)
-    keys = packed.view([("", packed.dtype)] * packed.shape[1]).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    bits = packed.view(np.uint32)
+    factors = np.random.default_rng(0).integers(1 << 63, size=bits.shape[1])
+    mixed = bits * (2 * factors.astype(np.uint64) + 1)
+    hashes = np.sum(mixed ^ (mixed >> np.uint64(32)), axis=1)
+    _, first, inverse = np.unique(hashes, return_index=True, return_inverse=True)
+    if not np.array_equal(bits[first][inverse], bits):
+        return packed, np.arange(len(packed), dtype=np.uint32)
     return packed[first], inverse.astype(np.uint32)

@@ -40,7 +40,7 @@ from simbench.render.gl.textures import grain_texture
 from simbench.render.gl.vehicle_bounds import VehicleBounds
 from simbench.render.gl.windows import Window
 from simbench.render.world.detail import DetailLevels
-from simbench.render.world.mesh import Mesh
+from simbench.render.world.mesh import Mesh, Surface
 from simbench.render.world.projection import (
     clip_matrix,
     covering_window,
@@ -53,6 +53,9 @@ from simbench.render.world.scene import Scene
 from OpenGL import GL
 
 __all__ = ["SceneRenderer"]
+
+_SKY_ROWS, _SKY_STRIP = 30, 2 * (40 + 1)
+"""Strips of the sky's grid and corners of each, see ``sky.vert``."""
 
 
 class SceneRenderer:
@@ -86,12 +89,12 @@ class SceneRenderer:
             defines = *defines, "SHADOWS"
         self._programs = {
             part: Program("scene.vert", "scene.frag", part, *defines)
-            for part in ("GROUND", "STATIC", "VEHICLES")
+            for part in ("GROUND", "FOLIAGE", "STATIC", "VEHICLES")
         }
         self._programs["sky"] = Program("sky.vert", "sky.frag")
         self._programs["bare"] = Program("bare.vert", "bare.frag")
         self._ground = CellMesh(scene.ground)
-        self._static = CellMesh(scene.static_objects)
+        self._foliage, self._static = _in_cells(scene.static_objects)
         self._distant = CellMesh(scene.distant)
         counts = np.bincount(scene.body_of, minlength=len(scene.bodies)).tolist()
         meshes = scene.bodies + scene.simple_bodies
@@ -115,7 +118,7 @@ class SceneRenderer:
     def close(self) -> None:
         """Free the renderer's resources on the graphics device."""
         offscreen.make_current()
-        for mesh in (self._ground, self._static, self._distant):
+        for mesh in (self._ground, self._foliage, self._static, self._distant):
             mesh.delete()
         for instances in self._bodies:
             instances.delete()
@@ -143,8 +146,9 @@ class SceneRenderer:
     def replace_static_objects(self, mesh: Mesh) -> None:
         """Render another mesh in place of the scene's static objects."""
         offscreen.make_current()
+        self._foliage.delete()
         self._static.delete()
-        self._static = CellMesh(mesh)
+        self._foliage, self._static = _in_cells(mesh)
         self.forget_last()
 
     def forget_last(self) -> None:
@@ -308,6 +312,7 @@ class SceneRenderer:
 
         def draw_static(clip: NDArray[np.float64]) -> None:
             self._programs["bare"].use({"view_projection": clip})
+            self._foliage.draw(clip)
             self._static.draw(clip)
 
         def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
@@ -338,7 +343,7 @@ class SceneRenderer:
         GL.glDepthFunc(GL.GL_LEQUAL)
         GL.glBindVertexArray(self._sky)
         for _ in self._buffers.inside(parts):
-            GL.glDrawArrays(GL.GL_TRIANGLES, 0, 3)
+            GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, _SKY_STRIP, _SKY_ROWS)
         GL.glDepthFunc(GL.GL_LESS)
 
     def _draw_objects(
@@ -356,12 +361,19 @@ class SceneRenderer:
         narrow = [part_of(clip, part, width, height) for part in parts]
         for part, mesh in (
             ("STATIC", self._static),
+            ("FOLIAGE", self._foliage),
             ("GROUND", self._ground),
             ("STATIC", self._distant),
         ):
             self._programs[part].use(uniforms)
             for index in self._buffers.inside(parts):
                 mesh.draw(narrow[index])
+
+
+def _in_cells(static_objects: Mesh) -> tuple[CellMesh, CellMesh]:
+    """Return foliage and all other static objects."""
+    foliage, others = static_objects.split(Surface.FOLIAGE)
+    return CellMesh(foliage), CellMesh(others)
 
 
 def _require_no_error() -> None:

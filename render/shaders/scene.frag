@@ -1,17 +1,25 @@
 #version 330 core
-// Compiled three times, for ground, static objects and vehicles (GROUND, STATIC,
-// VEHICLES), and for the features of the scene: illumination by lamps (LAMPLIT), a wet
+// Compiled for ground, foliage, other static objects and vehicles (GROUND, FOLIAGE,
+// STATIC, VEHICLES), and for the features of the scene: illumination by lamps (LAMPLIT), a wet
 // road (WET), a tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer executes
 // both sides of a branch, so features are selected at compile time.
 //include light.glsl
 
-in vec3 world;
 #if defined(GROUND)
-flat in vec3 facing;
-flat in vec3 albedo;
+#define EVEN flat
 #else
-in vec3 facing;
-in vec3 albedo;
+#define EVEN
+#endif
+in vec3 world;
+EVEN in vec3 facing;
+EVEN in vec3 albedo;
+#if defined(LIT_AT_CORNERS)
+EVEN in vec3 direct; // light of the sun without shadows, and of all around
+EVEN in vec3 indirect;
+in float slope;
+#if defined(FOLIAGE)
+in float distance_m;
+#endif
 #endif
 flat in uint identity;
 flat in int kind;
@@ -47,7 +55,7 @@ const vec3 TUNNEL_LIGHT = vec3(0.06, 0.052, 0.039);
 layout(location = 0) out vec4 picture;
 layout(location = 1) out uint instance_id;
 
-const int ASPHALT = 1, GRASS = 2, PAINT = 3, GLASS = 4, LAMP = 5, FOLIAGE = 6;
+const int ASPHALT = 1, GRASS = 2, PAINT = 3, GLASS = 4, LAMP = 5;
 
 float lit_share(float slope, float distance_m) {
 #if defined(SHADOWS)
@@ -68,32 +76,30 @@ float lit_share(float slope, float distance_m) {
 
 void main() {
     instance_id = identity;
+#if !defined(FOLIAGE)
     vec3 to_eye = eye - world;
     float distance_m = length(to_eye);
     to_eye /= distance_m;
-    vec3 colour = albedo;
-
-#if defined(GROUND)
+#endif
+#if defined(LIT_AT_CORNERS)
     vec3 n = facing;
-    float rough = kind == GRASS ? 1.0 : 0.42;
-    colour *= 1.0 + rough * (texture(grain, world.xy / 9.0).r - 0.5);
-    float slope = max(dot(n, to_sun), 0.0);
 #else
     vec3 n = normalize(facing);
-    n = kind != FOLIAGE && dot(n, to_eye) < 0.0 ? -n : n;
-    float toward = dot(n, to_sun);
-    float slope = clamp(kind == FOLIAGE ? 0.25 + 0.75 * toward : toward, 0.0, 1.0);
+    n = dot(n, to_eye) < 0.0 ? -n : n;
+    float slope = max(dot(n, to_sun), 0.0);
+    vec3 direct = albedo * sun * (slope * 1.35);
+    vec3 indirect = albedo * mix(ground, ambient, 0.5 + 0.5 * n.z);
 #endif
 
     float share = lit_share(slope, distance_m);
-    vec3 around = mix(ground, ambient, 0.5 + 0.5 * n.z);
+    vec3 added = vec3(0.0); // by lamps
 #if defined(TUNNEL)
     vec4 cover = texture(cover_map, in_cover);
     float below = world.z < cover.y + under ? 1.0 : 0.0;
     float daylight = mix(1.0, cover.z, below);
     vec3 inner_light = TUNNEL_LIGHT * (tunnel_lamps * cover.w * below);
     share *= clamp((daylight - 0.6) / 0.4, 0.0, 1.0);
-    around = around * daylight + inner_light * (0.75 + 0.25 * n.z);
+    added += inner_light * (0.75 + 0.25 * n.z);
 #endif
 #if defined(LAMPLIT)
     vec4 pool = texture(lamp_map, in_lamp_map);
@@ -117,14 +123,21 @@ void main() {
 #endif
     thrown += HEAD * (2.2 * facing_beam) + TAIL * (0.5 * pool.b);
 #endif
-    around += thrown * lit_by;
+    added += thrown * lit_by;
+#endif
+#if defined(TUNNEL)
+    vec3 light = direct * share + indirect * daylight + albedo * added;
+#elif defined(LAMPLIT)
+    vec3 light = direct * share + indirect + albedo * added;
+#else
+    vec3 light = direct * share + indirect;
+#endif
+#if defined(GROUND)
+    float rough = kind == GRASS ? 1.0 : 0.42;
+    light *= 1.0 + rough * (texture(grain, world.xy / 9.0).r - 0.5);
 #endif
 #if defined(GROUND) && defined(WET)
     float is_road = kind == ASPHALT ? 1.0 : 0.0;
-    colour *= mix(0.75, 0.5, is_road);
-#endif
-    vec3 light = colour * (sun * (slope * share * 1.35) + around);
-#if defined(GROUND) && defined(WET)
     // Water reflects the sky by Schlick's approximation, more in ruts and puddles, less
     // than a mirror because of the rough surface below.
     float away = 1.0 - max(dot(n, to_eye), 0.0);
@@ -158,31 +171,21 @@ void main() {
     shine *= shine;
     light += sun * (mirrors * share * 0.7 * shine * shine);
 #endif
-#if !defined(GROUND)
+#if !defined(LIT_AT_CORNERS)
 #if defined(TUNNEL)
     float glowing = mix(tunnel_lamps, lamps, daylight);
-    light += kind == LAMP ? colour * (glowing * 1.6) : vec3(0.0);
+    light += kind == LAMP ? albedo * (glowing * 1.6) : vec3(0.0);
 #else
-    light += kind == LAMP ? colour * (lamps * 1.6) : vec3(0.0);
+    light += kind == LAMP ? albedo * (lamps * 1.6) : vec3(0.0);
 #endif
 #endif
 
 #if defined(TUNNEL) // no haze on the part of the ray inside the tunnel
     float way_in = min(max(tunnel.z, cover.x), tunnel.y);
     way_in = clamp(way_in - max(min(tunnel.z, cover.x), tunnel.x), 0.0, distance_m);
-    float thick = haze * (distance_m - way_in);
-#else
-    float thick = haze * distance_m; // 1 / (1 + t + t^2 / 2) approximates exp(-t)
-#endif
-#if defined(THICK_AIR)
-    // exp(-t) as 1 / exp(t / 8)^8, error < 0.001: exp takes a quarter of the frame time
-    float eighth = min(thick, 80.0) / 8.0;
-    float dims = 1.0 + eighth * (1.0 + eighth * (0.5 + eighth / 6.0));
-    dims *= dims;
-    dims *= dims;
-    light = mix(horizon, light, 1.0 / (dims * dims));
-#else
-    light = mix(horizon, light, 1.0 / (1.0 + thick * (1.0 + 0.5 * thick)));
+    light = mix(horizon, light, seen_through(haze * (distance_m - way_in)));
+#elif !defined(FOLIAGE)
+    light = mix(horizon, light, seen_through(haze * distance_m));
 #endif
     picture = vec4(film(light), 1.0);
 }

@@ -1,4 +1,5 @@
 #version 330 core
+//include light.glsl
 // For static and moving objects. The last row of an instance's matrix, constant in an
 // affine map, carries its paint and id.
 layout(location = 0) in vec3 position;
@@ -9,13 +10,21 @@ layout(location = 4) in mat4 instance;
 
 uniform mat4 view_projection;
 
-out vec3 world;
 #if defined(GROUND) // one normal and colour for each triangle
-flat out vec3 facing;
-flat out vec3 albedo;
+#define EVEN flat
 #else
-out vec3 facing;
-out vec3 albedo;
+#define EVEN
+#endif
+out vec3 world;
+EVEN out vec3 facing;
+EVEN out vec3 albedo;
+#if defined(LIT_AT_CORNERS)
+EVEN out vec3 direct;
+EVEN out vec3 indirect;
+out float slope;
+#if defined(FOLIAGE)
+out float distance_m;
+#endif
 #endif
 flat out uint identity;
 flat out int kind;
@@ -35,6 +44,33 @@ out vec2 in_cover;
 
 invariant gl_Position;
 
+const int ASPHALT = 1;
+
+#if defined(LIT_AT_CORNERS)
+void light_corner() {
+    float toward = dot(facing, to_sun);
+#if defined(GROUND)
+    slope = max(toward, 0.0);
+#if defined(WET)
+    albedo *= kind == ASPHALT ? 0.5 : 0.75;
+#endif
+#else
+    slope = clamp(0.25 + 0.75 * toward, 0.0, 1.0);
+#endif
+    direct = albedo * sun * (slope * 1.35);
+    indirect = albedo * mix(ground, ambient, 0.5 + 0.5 * facing.z);
+#if defined(FOLIAGE)
+    distance_m = distance(eye, world);
+#endif
+#if defined(FOLIAGE) && !defined(TUNNEL) // leaves are small: haze at corners will do
+    float dims = seen_through(haze * distance_m);
+    albedo *= dims;
+    direct *= dims;
+    indirect = mix(horizon, indirect, dims);
+#endif
+}
+#endif
+
 void main() {
     mat3 turn = mat3(instance);
     world = turn * position + instance[3].xyz;
@@ -42,8 +78,11 @@ void main() {
     vec3 paint = vec3(instance[0].w, instance[1].w, instance[2].w);
     vec3 tint = mix(colour.rgb, paint, colour.a);
     albedo = tint * tint;
-    identity = uint(surface.x + instance[3].w + 0.5);
     kind = int(surface.y + 0.5);
+#if defined(LIT_AT_CORNERS)
+    light_corner();
+#endif
+    identity = uint(surface.x + instance[3].w + 0.5);
 #if defined(SHADOWS)
     in_light = (to_light * vec4(world, 1.0)).xyz;
 #endif

@@ -1,11 +1,9 @@
 #version 330 core
-//include light.glsl
-
-in vec3 direction;
+in vec3 colour;
 layout(location = 0) out vec4 picture;
 layout(location = 1) out uint instance_id;
 
 void main() {
     instance_id = 0u;
-    picture = vec4(film(sky(normalize(direction))), 1.0);
+    picture = vec4(colour, 1.0);
 }

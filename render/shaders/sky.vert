@@ -1,10 +1,16 @@
 #version 330 core
-// One triangle over the whole image, at the far plane.
+// A grid over the whole image, at the far plane, each row a strip of triangles: the sky
+// changes so slowly that its corners show it all.
+//include light.glsl
+
 uniform mat4 to_world;
-out vec3 direction;
+out vec3 colour;
+const float COLUMNS = 40.0, ROWS = 30.0; // as drawn by SceneRenderer
 
 void main() {
-    vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-    direction = (to_world * vec4(corner, 1.0, 1.0)).xyz;
+    int column = gl_VertexID / 2, row = gl_InstanceID + gl_VertexID % 2;
+    vec2 corner = 2.0 * vec2(column, row) / vec2(COLUMNS, ROWS) - 1.0;
+    vec4 direction = to_world * vec4(corner, 1.0, 1.0);
+    colour = film(sky(normalize(direction.xyz)));
     gl_Position = vec4(corner, 1.0, 1.0);
 }

@@ -88,6 +88,15 @@ class Mesh:
         positions = points.astype(np.float32)
         return replace(self, positions=positions, normals=normals.astype(np.float32))
 
+    def split(self, surface: Surface) -> tuple[Mesh, Mesh]:
+        """Return its triangles of one surface, and all others."""
+        chosen = self.surface[:, 1] == surface
+        parts = [
+            Mesh(*(getattr(self, one.name)[which] for one in fields(Mesh)))
+            for which in (chosen, ~chosen)
+        ]
+        return parts[0], parts[1]
+
     def with_id(self, number: int) -> Mesh:
         """Return it with an instance id at every corner."""
         surface = self.surface.copy()

@@ -7,7 +7,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.render.world.mesh import Colour, Mesh, Surface, merge, quad_strip, shaded
+from simbench.render.world.mesh import (
+    Colour,
+    Mesh,
+    Surface,
+    merge,
+    quad_strip,
+    quads,
+    shaded,
+    triangle_mesh,
+)
 from simbench.scenarios.geometry.road import RoadLine
 
 __all__ = [
@@ -69,12 +78,7 @@ def highway_ground(line: RoadLine, start_m: float, end_m: float, season: str) ->
                 parts.append(_band(line, coarse, side, ends, shaded(ASPHALT, shade)))
             if not lane:
                 continue
-            for index in range(len(fine) - 1):  # 4 m of marking, 8 m of asphalt
-                colour, step = (
-                    ASPHALT if index % 3 else MARKING,
-                    fine[index : index + 2],
-                )
-                parts.append(_band(line, step, side, (low - MARKING_M, low), colour))
+            parts += _dashes(line, fine, side, (low - MARKING_M, low))
         parts += _verge(line, coarse, side, grass)
     return merge(parts)
 
@@ -97,6 +101,20 @@ def _band(
         low, high, low_drop, high_drop = -high, -low, high_drop, low_drop
     left, right = line.point(along, high, -high_drop), line.point(along, low, -low_drop)
     return quad_strip(left, right, colour, surface)
+
+
+def _dashes(
+    line: RoadLine, along: NDArray[np.float64], side: float, ends: tuple[float, float]
+) -> list[Mesh]:
+    """Make 4 m of marking and 8 m of asphalt in turn, of `_DASH_M` a step."""
+    low, high = ends if side > 0.0 else (-ends[1], -ends[0])
+    left, right = line.point(along, high), line.point(along, low)
+    corners = np.stack([left[:-1], right[:-1], right[1:], left[1:]])
+    is_marked = np.arange(len(along) - 1) % 3 == 0
+    return [
+        triangle_mesh(quads(*corners[:, chosen]), colour, Surface.ASPHALT)
+        for chosen, colour in ((is_marked, MARKING), (~is_marked, ASPHALT))
+    ]
 
 
 def _verge(

@@ -35,23 +35,24 @@ def guard_rails(line: RoadLine, start_m: float, end_m: float) -> Mesh:
             bottom = line.point(along, lateral + bulge, low)
             top = line.point(along, lateral, high)
             parts.append(wall_strip(bottom, top, _STEEL))
-        for base in line.point(along, lateral + face):
-            parts.append(_post(base - [0.05, 0.05, 0], base + [0.05, 0.05, 0.7]))
+        bases = line.point(along, lateral + face)
+        parts.append(_posts(bases - [0.05, 0.05, 0], bases + [0.05, 0.05, 0.7]))
     return merge(parts)
 
 
-def _post(low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
-    """Make the two visible planes of a thin post: four triangles instead of twelve."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    corners = np.array(
-        [
-            [[x0, y0, z0], [x1, y1, z0], [x1, y1, z1]],
-            [[x0, y0, z0], [x1, y1, z1], [x0, y0, z1]],
-            [[x1, y0, z0], [x0, y1, z0], [x0, y1, z1]],
-            [[x1, y0, z0], [x0, y1, z1], [x1, y0, z1]],
-        ]
-    )
-    return triangle_mesh(corners, (0.45, 0.46, 0.47))
+def _posts(low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
+    """Make the two visible planes of thin posts: four triangles instead of twelve.
+
+    ``low`` and ``high`` are opposite corners of the N posts, (N, 3) m.
+    """
+    picks = [  # of each corner of the triangles: x, y and z of low (0) or high (1)
+        [[0, 0, 0], [1, 1, 0], [1, 1, 1]],
+        [[0, 0, 0], [1, 1, 1], [0, 0, 1]],
+        [[1, 0, 0], [0, 1, 0], [0, 1, 1]],
+        [[1, 0, 0], [0, 1, 1], [1, 0, 1]],
+    ]
+    ends = np.stack([low, high], axis=1)
+    return triangle_mesh(ends[:, np.array(picks), np.arange(3)], (0.45, 0.46, 0.47))
 
 
 def pole(width_m: float, height_m: float) -> Mesh:
