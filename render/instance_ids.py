@@ -100,6 +100,19 @@ def pixel_ids(ids: NDArray[np.uint16], samples: int) -> NDArray[np.uint16]:
     return chosen
 
 
+@numba.njit(cache=True)
+def _run_starts(flat):  # type: ignore[no-untyped-def]  # compiled by numba
+    """Return where the runs of equal values begin."""
+    starts = np.empty(len(flat), np.int64)
+    starts[0] = 0
+    count = 1
+    for index in range(1, len(flat)):
+        if flat[index] != flat[index - 1]:
+            starts[count] = index
+            count += 1
+    return starts[:count].copy()
+
+
 def vehicle_masks(ids: NDArray[np.uint16], first: int, count: int) -> dict[int, Mask]:
     """Encode the masks of the ids ``first`` to ``first + count - 1`` in an image.
 
@@ -117,7 +130,7 @@ def vehicle_masks(ids: NDArray[np.uint16], first: int, count: int) -> dict[int, 
     """
     height, width = ids.shape
     flat = ids.ravel()
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(flat)) + 1])
+    starts = np.asarray(_run_starts(flat))
     ends = np.concatenate([starts[1:], [flat.size]])
     owner = flat[starts].astype(np.int64)
     masks = {}

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +36,6 @@ class Framebuffers:
 
     def __init__(self, width: int, height: int, samples: int) -> None:
         offscreen.make_current()
-        self._size = (width, height)
         self._fine = (width * samples, height * samples)
         self._step = samples
         self._image = np.empty((height, width, 3), np.uint8)
@@ -59,10 +59,6 @@ class Framebuffers:
         self._attach(GL.GL_COLOR_ATTACHMENT1, GL.GL_R8UI, self._fine)
         GL.glDrawBuffers(2, [GL.GL_NONE, GL.GL_COLOR_ATTACHMENT1])
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT1)
-        _require_complete()
-        self._small_fb = GL.glGenFramebuffers(1)
-        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._small_fb)
-        self._attach(GL.GL_COLOR_ATTACHMENT0, GL.GL_RGBA8, self._size)
         _require_complete()
 
     def _attach(self, point: Any, form: Any, size: tuple[int, int]) -> None:
@@ -175,24 +171,16 @@ class Framebuffers:
     def _read_image(self, part: Window) -> NDArray[np.uint8]:
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._fine_fb)
         GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
-        GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._small_fb)
-        form, kind = GL.GL_RGB, GL.GL_UNSIGNED_BYTE
-        # Linear filtering averages the samples of a pixel only when it halves the
-        # size; other ratios are averaged on the CPU.
-        if self._step > 2:
-            fine = _read(part, form, kind, np.uint8, 3)
-            return _mean_of_blocks(fine, self._step)
-        left, top, right, bottom = (side // self._step for side in part)
-        small = left, top, right, bottom
-        GL.glBlitFramebuffer(*part, *small, GL.GL_COLOR_BUFFER_BIT, GL.GL_LINEAR)
-        GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._small_fb)
-        GL.glReadBuffer(GL.GL_COLOR_ATTACHMENT0)
-        return np.asarray(_read(small, form, kind, np.uint8, 3), np.uint8)
+        # in the buffer's own format, which is only copied; a reduced one would be drawn
+        fine = _read(part, GL.GL_RGBA, GL.GL_UNSIGNED_BYTE, np.uint8, 4)
+        height, width = fine.shape[0] // self._step, fine.shape[1] // self._step
+        if self._step > 1:
+            fine = cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA)
+        return np.asarray(cv2.cvtColor(fine, cv2.COLOR_RGBA2RGB), np.uint8)
 
     def delete(self) -> None:
         """Free all buffers."""
-        drawn = [self._fine_fb, self._silhouette_fb, self._small_fb]
-        GL.glDeleteFramebuffers(len(drawn), drawn)
+        GL.glDeleteFramebuffers(2, [self._fine_fb, self._silhouette_fb])
         GL.glDeleteRenderbuffers(len(self._renderbuffers), self._renderbuffers)
 
 
@@ -214,16 +202,6 @@ def _read(
     address = pixels.ctypes.data_as(ctypes.c_void_p)
     GL.glReadPixels(left, top, right - left, bottom - top, form, kind, address)
     return pixels
-
-
-def _mean_of_blocks(fine: NDArray[np.uint8], block: int) -> NDArray[np.uint8]:
-    height, width = fine.shape[0] // block, fine.shape[1] // block
-    blocks = fine.reshape(height, block, width, block, 3).astype(np.uint16)
-    total = blocks.sum(axis=(1, 3), dtype=np.uint32)
-    mean: NDArray[np.uint8] = np.asarray(
-        (total + block * block // 2) // (block * block), np.uint8
-    )
-    return mean
 
 
 def _require_complete() -> None:

@@ -91,22 +91,25 @@ class MapTexture:
 
 
 def grain_texture() -> int:
-    """Make the noise texture of asphalt and grass, the same for every scene."""
+    """Make the noise texture of asphalt and grass, the same for every scene.
+
+    llvmpipe reads floats faster than bytes.
+    """
     size = (_GRAIN_TEXELS, _GRAIN_TEXELS)
     texture = make_texture(
-        GL.GL_R8, GL.GL_RED, size, _grain(), MIN_FILTER=GL.GL_LINEAR_MIPMAP_NEAREST
+        GL.GL_R32F, GL.GL_RED, size, _grain(), MIN_FILTER=GL.GL_LINEAR_MIPMAP_NEAREST
     )
     GL.glGenerateMipmap(GL.GL_TEXTURE_2D)
     return texture
 
 
 @cache
-def _grain() -> NDArray[np.uint8]:
-    """Return noise whose waves are the stronger the longer they are."""
+def _grain() -> NDArray[np.float32]:
+    """Return noise in [0, 1] whose waves are the stronger the longer they are."""
     rng = np.random.default_rng(20)
     frequency = np.fft.fftfreq(_GRAIN_TEXELS)
     radius = np.hypot(frequency[:, None], frequency[None, :])
     spectrum = np.fft.fft2(rng.standard_normal((_GRAIN_TEXELS, _GRAIN_TEXELS)))
     tile = np.fft.ifft2(spectrum / np.maximum(radius, 0.01) ** 0.6).real
     tile = np.clip(0.5 + 0.18 * (tile - tile.mean()) / tile.std(), 0.0, 1.0)
-    return np.ascontiguousarray(tile * 255.0).astype(np.uint8)
+    return np.ascontiguousarray(tile, np.float32)

@@ -135,8 +135,8 @@ def triangle_mesh(
     return Mesh(
         corners.reshape(-1, 3).astype(np.float32),
         normals.reshape(-1, 3).astype(np.float32),
-        np.tile(np.array([*colour, float(painted)], np.float32), (count, 1)),
-        np.tile(np.array([0.0, float(surface)], np.float32), (count, 1)),
+        np.full((count, 4), [*colour, float(painted)], np.float32),
+        np.full((count, 2), [0.0, float(surface)], np.float32),
     )
 
 
@@ -191,8 +191,9 @@ def cylinder(
     *,
     sides: int = 10,
     end_radius: float | None = None,
+    capped: bool = True,
 ) -> Mesh:
-    """Make a capped cylinder, or cone frustum, between two points [m], smooth-shaded.
+    """Make a cylinder, or cone frustum, between two points [m], smooth-shaded.
 
     Its corners lie on the circle: seen from the side it is between
     ``cos(pi / sides)`` and 1 times as wide as the circle.
@@ -209,10 +210,13 @@ def cylinder(
     high = b + (radius if end_radius is None else end_radius) * ring
     side = quads(low[:-1], low[1:], high[1:], high[:-1])
     smooth = quads(ring[:-1], ring[1:], ring[1:], ring[:-1])
+    mantle = triangle_mesh(side, colour, surface, normals=smooth)
+    if not capped:
+        return mantle
     bottom = np.stack([np.broadcast_to(a, low[1:].shape), low[1:], low[:-1]], axis=1)
     top = np.stack([np.broadcast_to(b, high[1:].shape), high[:-1], high[1:]], axis=1)
     caps = triangle_mesh(np.concatenate([bottom, top]), colour, surface)
-    return merge([triangle_mesh(side, colour, surface, normals=smooth), caps])
+    return merge([mantle, caps])
 
 
 def extrusion(

@@ -75,9 +75,8 @@ def tree(
     half = np.array([width_m, width_m, height_m - low]) / 2.0
     core = _core(middle, half * 0.78, base * 0.7, is_conifer, rough=leaves < 50)
     foliage = _leaves(middle, half, base, leaves, is_conifer, rng)
-    trunk = cylinder(
-        (0, 0, -0.5), (0, 0, middle[2]), max(0.09, width_m * 0.035), _BARK, sides=7
-    )
+    ends, radius = ((0, 0, -0.5), (0, 0, middle[2])), max(0.09, width_m * 0.035)
+    trunk = cylinder(*ends, radius, _BARK, sides=7, capped=False)  # ends are hidden
     return merge([trunk, core, foliage])
 
 
