@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from simbench.core.box import Box
     from simbench.core.frame import Frame
     from simbench.core.sequence import Sequence, Truth
-    from simbench.core.tracker import Estimate, Track, Tracker
+    from simbench.core.tracker import Diagnostics, Estimate, Track, Tracker
     from simbench.datasets.read_clip import read_sequence
     from simbench.evaluation.run_tracker import track
     from simbench.evaluation.scores import Scores, score
@@ -41,6 +41,7 @@ __version__ = "0.2.0"
 
 __all__ = [
     "Box",
+    "Diagnostics",
     "Estimate",
     "Frame",
     "Scenario",
@@ -65,6 +66,7 @@ __all__ = [
 
 _HOMES = {
     "Box": "core.box",
+    "Diagnostics": "core.tracker",
     "Estimate": "core.tracker",
     "Frame": "core.frame",
     "Scenario": "scenarios.schema",

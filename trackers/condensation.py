@@ -111,6 +111,9 @@ class Condensation:
         ``systematic``, ``stratified``, ``multinomial`` or ``residual``.
     keep_cloud : bool
         Whether estimates carry the particle cloud.
+    diagnostics : bool
+        Whether they carry effective sample size, entropy of the weights and the share
+        of particles that the gate dropped.
 
     Notes
     -----
@@ -169,6 +172,7 @@ class Condensation:
     camera_motion: bool = True
     resampling: str = "systematic"
     keep_cloud: bool = False
+    diagnostics: bool = False
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -244,6 +248,7 @@ class Condensation:
             confidence=min(max(state.similarity, 0.0), 1.0),
             particles=self._likelihood.evaluations - before,
             cloud=cloud,
+            diagnostics=state.diagnostics() if self.diagnostics else None,
         )
 
     @property

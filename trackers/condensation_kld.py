@@ -40,7 +40,7 @@ class CondensationKld(Condensation):
         ``multinomial``: the particles are drawn one by one.
     samples, sigma, surround, background, structure, learning, warm_up_noise, \
     position_noise, error_noise, scale_noise, aspect_noise, drift, search, \
-    camera_motion, keep_cloud
+    camera_motion, keep_cloud, diagnostics
         As for `Condensation`.
 
     References

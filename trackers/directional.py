@@ -55,7 +55,7 @@ class Directional(Condensation):
         ``cosine``, ``gaussian`` of standard deviation T/2, or ``none``, a hard gate.
     particles, samples, sigma, surround, background, structure, learning, \
     warm_up_noise, position_noise, error_noise, scale_noise, aspect_noise, drift, \
-    search, camera_motion, resampling, keep_cloud
+    search, camera_motion, resampling, keep_cloud, diagnostics
         As for `Condensation`; the search also opens the gate, see Notes.
 
     Attributes

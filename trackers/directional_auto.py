@@ -31,7 +31,7 @@ class DirectionalAuto(Directional):
         Bounds on T.
     weighting, particles, samples, sigma, surround, background, structure, learning, \
     warm_up_noise, position_noise, error_noise, scale_noise, aspect_noise, drift, \
-    search, camera_motion, resampling, keep_cloud
+    search, camera_motion, resampling, keep_cloud, diagnostics
         As for `Directional`.
 
     Attributes

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Final, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.box import Box
+from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 
 __all__ = [
     "NO_BOX",
+    "Diagnostics",
     "Estimate",
     "Failure",
     "FailureKind",
@@ -29,6 +32,45 @@ Phase = Literal["construction", "init", "update"]
 
 NO_BOX: Final = Box(math.nan, math.nan, math.nan, math.nan)
 """The box of a frame in which the tracker says that the target is absent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostics:
+    """What the particles of a filter tell of one frame; NaN is "not stated".
+
+    Attributes
+    ----------
+    effective_sample_size : float
+        ``1 / sum w^2`` of the N normalised weights, in [1, N].
+    weight_entropy : float, nats
+        ``-sum w log w``, in [0, log N].
+    share_gated : float, in [0, 1]
+        Share of the particles that a gate dropped, so that were not measured.
+
+    Raises
+    ------
+    TrackerError
+        If one is infinite or no number.
+
+    Examples
+    --------
+    >>> from simbench import Box, Diagnostics, Estimate
+    >>> stated = Diagnostics(effective_sample_size=37.5, share_gated=0.4)
+    >>> Estimate(Box(10.0, 20.0, 30.0, 40.0), diagnostics=stated).diagnostics
+    Diagnostics(effective_sample_size=37.5, weight_entropy=nan, share_gated=0.4)
+    """
+
+    effective_sample_size: float = math.nan
+    weight_entropy: float = math.nan
+    share_gated: float = math.nan
+
+    def __post_init__(self) -> None:
+        """Check that all are numbers."""
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if not isinstance(value, int | float | np.number) or math.isinf(value):
+                shown = repr(value)[:200]
+                raise TrackerError(f"{one.name} must be a number or NaN, got {shown}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +93,8 @@ class Estimate:
     absent : bool
         The tracker says that the target is not in the image, or wholly hidden: the
         frame then has no box (NaN in tables).
+    diagnostics : Diagnostics or None
+        Optional numbers of the particles, which become columns of the frame table.
 
     Examples
     --------
@@ -66,6 +110,7 @@ class Estimate:
     particles: int = 0
     cloud: NDArray[np.float64] | None = None
     absent: bool = False
+    diagnostics: Diagnostics | None = None
 
 
 @runtime_checkable
@@ -150,6 +195,9 @@ class Track:
         Index of the run among several of the tracker on the same sequence.
     clouds : tuple of ((N, 3) float array or None)
         Particle clouds by frame where kept, else empty.
+    diagnostics : mapping from str to (T,) float array
+        The fields of `Diagnostics` by frame, NaN where not stated; empty where the
+        tracker states none in any frame.
 
     Examples
     --------
@@ -175,6 +223,9 @@ class Track:
     tracker: str = ""
     repetition: int = 0
     clouds: tuple[NDArray[np.float64] | None, ...] = field(default=(), repr=False)
+    diagnostics: Mapping[str, NDArray[np.float64]] = field(
+        default_factory=dict, repr=False
+    )
 
     @property
     def absent(self) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from simbench.core.box import Box
 from simbench.core.errors import DatasetError, SimbenchError, one_line
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
-from simbench.core.tracker import Estimate, FailureKind, Track, Tracker
+from simbench.core.tracker import Diagnostics, Estimate, FailureKind, Track, Tracker
 from simbench.evaluation.track_buffer import TrackBuffer
 
 __all__ = ["Cloud", "fail_with", "run_frames", "track", "track_seed"]
@@ -283,6 +283,9 @@ def _fault(estimate: object) -> tuple[FailureKind, str] | None:
     if not is_count:
         expected = "a whole number >= 0 and < 2^31"
         return "exception", f"particles must be {expected}, got {found}"[:300]
+    if not isinstance(estimate.diagnostics, Diagnostics | None):
+        found = type(estimate.diagnostics).__name__
+        return "exception", f"diagnostics must be Diagnostics or None, got {found}"
     return None
 
 

@@ -93,7 +93,8 @@ class Scores:
         ``failure`` (see `simbench.evaluation.measures.failure_kinds`), the attributes
         of `simbench.evaluation.measures.attributes` (<NA> where unknown),
         ``position_error_m``, ``speed_kmh``, ``truth_speed_kmh``; of clips also
-        ``attribute.<name>``, which is <NA> where unknown.
+        ``attribute.<name>``, which is <NA> where unknown, and of trackers that state
+        them ``diagnostic.<name>``, see `simbench.core.tracker.Diagnostics`.
 
     Examples
     --------
@@ -249,7 +250,9 @@ def score(track: Track, sequence: Sequence) -> Scores:
         )
     named = sequence.name, sequence.variant, sequence.seed
     keys = _keys(*named, track.tracker, track.repetition)
-    frames = frame_table(track, sequence, keys).assign(**frame_attributes(sequence))
+    diagnostics = {f"diagnostic.{name}": v for name, v in track.diagnostics.items()}
+    frames = frame_table(track, sequence, keys)
+    frames = frames.assign(**diagnostics, **frame_attributes(sequence))
     row = {
         **keys,
         "status": "failed" if track.failures else "ok",

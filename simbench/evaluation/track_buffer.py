@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import mmap
+from dataclasses import astuple, fields
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.text import printable
-from simbench.core.tracker import Estimate, Failure, FailureKind, Phase, Track
+from simbench.core.tracker import (
+    Diagnostics,
+    Estimate,
+    Failure,
+    FailureKind,
+    Phase,
+    Track,
+)
 
 __all__ = ["TrackBuffer"]
 
@@ -23,6 +31,8 @@ _KINDS: Final[tuple[FailureKind, ...]] = (
 )
 _TEXT_BYTES: Final = 4096
 _BROKEN_OFF: Final = -1
+_DIAGNOSTICS: Final = tuple(each.name for each in fields(Diagnostics))
+_FLOATS: Final = 6 + len(_DIAGNOSTICS)  # by frame; beside them one whole number
 _STATE: Final = 4  # numbers: phase, frame, kind of failure (0 for none), has ended
 
 
@@ -46,21 +56,23 @@ class TrackBuffer:
         NaN where none is stated.
     particles : (count,) int
     seconds : (count,) float, s
+    diagnostics : (count, 3) float
+        The fields of `Diagnostics`, NaN where not stated.
     error : BaseException or None
         What the tracker raised, known only to the process that ran it.
     """
 
     def __init__(self, count: int) -> None:
-        memory = mmap.mmap(-1, 8 * (_STATE + 7 * count) + _TEXT_BYTES)
-        numbers = np.frombuffer(memory, np.float64, 6 * count)
+        size = 8 * (_STATE + (_FLOATS + 1) * count)  # of all before the text
+        memory = mmap.mmap(-1, size + _TEXT_BYTES)
+        numbers = np.frombuffer(memory, np.float64, _FLOATS * count)
         self.boxes = numbers[: 4 * count].reshape(count, 4)
         self.confidence = numbers[4 * count : 5 * count]
-        self.seconds = numbers[5 * count :]
-        self.particles = np.frombuffer(memory, np.int64, count, 48 * count)
-        self._state = np.frombuffer(memory, np.int64, _STATE, 56 * count)
-        self._text = np.frombuffer(
-            memory, np.uint8, _TEXT_BYTES, 8 * (_STATE + 7 * count)
-        )
+        self.seconds = numbers[5 * count : 6 * count]
+        self.diagnostics = numbers[6 * count :].reshape(count, len(_DIAGNOSTICS))
+        whole = np.frombuffer(memory, np.int64, count + _STATE, numbers.nbytes)
+        self.particles, self._state = whole[:count], whole[count:]
+        self._text = np.frombuffer(memory, np.uint8, _TEXT_BYTES, size)
         numbers[:] = np.nan
         self.error: BaseException | None = None
 
@@ -90,6 +102,8 @@ class TrackBuffer:
         self.confidence[frame] = np.nan if stated is None else stated
         self.particles[frame] = estimate.particles
         self.seconds[frame] = seconds
+        if estimate.diagnostics is not None:
+            self.diagnostics[frame] = astuple(estimate.diagnostics)
 
     def fail(self, kind: FailureKind, message: str) -> None:
         """Record the failure that ends the run, in the current phase and frame."""
@@ -141,11 +155,13 @@ class TrackBuffer:
         """Return a copy of the results; NaN from the frame of a failure on."""
         boxes, confidence = self.boxes.copy(), self.confidence.copy()
         seconds, particles = self.seconds.copy(), self.particles.copy()
+        diagnostics = self.diagnostics.copy()
         failures = self.failures
         if failures:
-            for rows in (boxes, confidence, seconds):
+            for rows in (boxes, confidence, seconds, diagnostics):
                 rows[self.frame :] = np.nan
             particles[self.frame :] = 0
+        stated = bool(np.isfinite(diagnostics).any())
         return Track(
             boxes,
             confidence,
@@ -156,4 +172,5 @@ class TrackBuffer:
             label,
             repetition,
             clouds,
+            dict(zip(_DIAGNOSTICS, diagnostics.T, strict=True)) if stated else {},
         )

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from simbench.core.box import Box
-from simbench.core.errors import DatasetError
+from simbench.core.errors import DatasetError, TrackerError
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
-from simbench.core.tracker import Estimate
+from simbench.core.tracker import Diagnostics, Estimate
 from simbench.evaluation import run_tracker
 from simbench.evaluation.run_tracker import track, track_seed
 
@@ -122,6 +122,26 @@ def test_track_keeps_clouds_on_request(tiny: Sequence) -> None:
     assert len(clouds) == 8
 
 
+def test_diagnostics_are_kept_by_frame_and_end_with_a_failure(tiny: Sequence) -> None:
+    stated = Diagnostics(effective_sample_size=40.0, share_gated=0.5)
+
+    def state(frame: Frame) -> Estimate:
+        return Estimate(TRUE, diagnostics=stated)
+
+    found = track(Drifting(3, state), tiny, seed=0).diagnostics
+    expected = [np.nan] * 3 + [40.0] + [np.nan] * 4
+    np.testing.assert_array_equal(found["effective_sample_size"], expected)
+    np.testing.assert_array_equal(found["weight_entropy"], np.full(8, np.nan))
+    assert found["share_gated"][3] == 0.5
+    assert track(Drifting(), tiny, seed=0).diagnostics == {}
+
+
+@pytest.mark.parametrize("wrong", [np.inf, "many", None])
+def test_diagnostics_that_are_no_numbers_are_refused(wrong: object) -> None:
+    with pytest.raises(TrackerError, match="weight_entropy must be a number or NaN"):
+        Diagnostics(weight_entropy=wrong)  # type: ignore[arg-type]
+
+
 def test_seconds_are_those_of_the_tracker(tiny: Sequence, clock: Clock) -> None:
     found = track(Drifting(3, lambda frame: clock.sleep(0.5)), tiny, seed=0)
     assert found.seconds.tolist() == [0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0]
@@ -199,6 +219,12 @@ def test_fault_ends_the_track_in_its_frame(
             "exception",
             "particles must be a whole number >= 0",
             id="negative particles",
+        ),
+        pytest.param(
+            Estimate(TRUE, diagnostics={"n": 1}),  # type: ignore[arg-type]
+            "exception",
+            "diagnostics must be Diagnostics or None, got dict",
+            id="diagnostics in a dict",
         ),
         pytest.param(
             Estimate(TRUE, particles=10**30),

@@ -252,3 +252,18 @@ def test_scores_that_cannot_be_written_are_a_dataset_error(
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(DatasetError, match="cannot be written"):
         score(perfect_track(tiny), tiny).write(tmp_path / "taken")
+
+
+def test_diagnostics_are_columns_of_the_trackers_that_state_them(
+    tiny: Sequence, tmp_path: Path
+) -> None:
+    without = perfect_track(tiny)
+    sizes = np.linspace(10.0, 80.0, len(tiny))
+    stating = replace(without, diagnostics={"effective_sample_size": sizes})
+    column = "diagnostic.effective_sample_size"
+    assert column not in score(without, tiny).frames
+    both = Scores.concat([score(without, tiny), score(stating, tiny)])
+    both.write(tmp_path)
+    read = Scores.read(tmp_path).frames[column].to_numpy()
+    assert np.isnan(read[: len(tiny)]).all()
+    assert read[len(tiny) :].tolist() == sizes.tolist()

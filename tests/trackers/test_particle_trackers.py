@@ -233,3 +233,32 @@ def test_automatic_gate_is_narrow_on_a_straight_and_wide_on_a_winding_course(
     assert angles[0].mean() < 0.6 * angles[1].mean()
     assert angles[1].max() == pytest.approx(tracker.widest)
     assert success(run_tracker(DirectionalAuto(), winds), winds) > 0.9
+
+
+@pytest.mark.parametrize("name", ["condensation-kld", "directional-45"])
+def test_diagnostics_are_those_of_the_particles(name: str, crossing: Clip) -> None:
+    box = Box.from_array(crossing.boxes[0])
+    tracker = find_tracker(f"{name}@diagnostics=true").make()
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    for frame in crossing.frames[1:30]:
+        estimate = tracker.update(frame)
+    assert isinstance(tracker, Condensation)
+    cloud, found = tracker.cloud, estimate.diagnostics
+    assert found is not None
+    weights = cloud.weights[cloud.weights > 0.0]
+    assert found.effective_sample_size == pytest.approx(1.0 / np.sum(weights**2))
+    assert found.weight_entropy == pytest.approx(-np.sum(weights * np.log(weights)))
+    gated = 1.0 - estimate.particles / len(cloud.weights)
+    assert found.share_gated == pytest.approx(gated)
+    assert (gated > 0.3) == (name == "directional-45")
+
+
+def test_diagnostics_change_no_box_and_are_left_out_by_default(crossing: Clip) -> None:
+    plain = run_tracker(directional_45(), crossing)
+    assert np.array_equal(
+        plain, run_tracker(directional_45(diagnostics=True), crossing)
+    )
+    tracker = directional_45()
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    assert tracker.update(crossing.frames[1]).diagnostics is None

@@ -7,11 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.tracker import Diagnostics
 from simbench.trackers.parts import filter_kernel
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from simbench.trackers.parts.kld_sampling import KldSampling
 from simbench.trackers.parts.particle_cloud import ParticleCloud
-from simbench.trackers.parts.resampling import SCHEMES
+from simbench.trackers.parts.resampling import (
+    SCHEMES,
+    effective_sample_size,
+    entropy,
+)
 
 __all__ = ["FilterStep"]
 
@@ -123,6 +128,15 @@ class FilterStep:
             apex=np.array(apex),
             theta=theta,
             half_angle=motion["half_angle"] if is_gated else math.nan,
+        )
+
+    def diagnostics(self) -> Diagnostics:
+        """Return numbers of the particles of the last step."""
+        dropped = self._factors[: len(self.cloud)] == 0.0
+        return Diagnostics(
+            effective_sample_size=effective_sample_size(self.weights),
+            weight_entropy=entropy(self.weights),
+            share_gated=float(dropped.mean()),
         )
 
     def _set_up_sampling(self, particles: int, kld: KldSampling | None) -> None:
