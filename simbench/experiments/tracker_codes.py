@@ -115,9 +115,13 @@ def _examine(
 
 
 def _own_facts(tracker: TrackerSpec) -> dict[str, Any]:
-    """Return what a built-in tracker consists of: it lists its data files itself."""
+    """Return what a built-in tracker consists of: it lists its data files itself.
+
+    Files that its parameters name count, too; those that ship are part of the code.
+    """
     made = tracker.make()
-    paths = {Path(path) for path in getattr(made, "data_files", ())}
+    declared = {Path(path) for path in getattr(made, "data_files", ())}
+    paths = declared.union(_own_files(_texts(tracker)))
     return {"module": type(made).__module__, "data": _digests(tracker, paths)}
 
 
@@ -141,9 +145,14 @@ def _facts(tracker: TrackerSpec) -> dict[str, Any]:
         ) from None
     finally:
         is_watching = False
-    named = [one for one in tracker.parameters.values() if isinstance(one, str)]
-    paths = {*_own_files(opened), *_own_files(named), *map(Path, declared)}
+    named = _own_files(_texts(tracker))
+    paths = {*_own_files(opened), *named, *map(Path, declared)}
     return {"module": type(made).__module__, "data": _digests(tracker, paths)}
+
+
+def _texts(tracker: TrackerSpec) -> list[str]:
+    """Return the parameters that may name files."""
+    return [one for one in tracker.parameters.values() if isinstance(one, str)]
 
 
 def _digests(tracker: TrackerSpec, paths: Iterable[Path]) -> dict[str, str]:
