@@ -28,14 +28,15 @@ class ShadowMaps:
     """Depth from the sun: of static objects, and of these with the vehicles.
 
     Static objects are drawn only where a map has moved. What vehicles covered in the
-    last frame is copied from their maps.
+    last frame is copied from their maps. A map that moves in every frame has nothing
+    to copy: static objects are drawn into it directly.
     """
 
     def __init__(self) -> None:
         self._static, self._static_fb = _depth_texture()
         self._all, self._all_fb = _depth_texture()
-        self._places: list[bytes | None] = [None] * MAPS
         self._covered: list[list[Window]] = [[]] * MAPS
+        self.forget()
 
     def update(
         self,
@@ -58,17 +59,35 @@ class ShadowMaps:
         """
         for number, needed in enumerate(spheres):
             clip = fit.clip(number)
-            place = clip.tobytes()
-            if self._places[number] != place:
-                self._clear(number)
-                with _drawing(self._static_fb, number):
-                    draw_static(clip)
-                self._places[number], self._covered[number] = place, [_WHOLE]
-            self._restore(number)
+            self._prepare(number, clip, draw_static)
             self._covered[number] = _covered(clip, needed)
             if self._covered[number]:
                 with _drawing(self._all_fb, number):
                     draw_vehicles(clip, number)
+
+    def _prepare(
+        self,
+        number: int,
+        clip: NDArray[np.float64],
+        draw_static: Callable[[NDArray[np.float64]], None],
+    ) -> None:
+        """Bring a map to the static objects' depth at its present place."""
+        place = clip.tobytes()
+        moves = self._all_at[number] != place
+        if moves and self._moves[number]:
+            self._clear(self._all, self._all_fb, number)
+            with _drawing(self._all_fb, number):
+                draw_static(clip)
+        else:
+            if self._static_at[number] != place:
+                self._clear(self._static, self._static_fb, number)
+                with _drawing(self._static_fb, number):
+                    draw_static(clip)
+                self._static_at[number] = place
+            if moves:
+                self._covered[number] = [_WHOLE]
+            self._restore(number)
+        self._all_at[number], self._moves[number] = place, moves
 
     def _restore(self, number: int) -> None:
         """Copy the static objects' depth over that of the last frame's vehicles."""
@@ -81,20 +100,23 @@ class ShadowMaps:
             part = x + left, low, x + right, high
             GL.glBlitFramebuffer(*part, *part, kind, nearest)
 
-    def _clear(self, number: int) -> None:
-        """Set a map of the static objects to the farthest depth."""
+    @staticmethod
+    def _clear(texture: int, framebuffer: int, number: int) -> None:
+        """Set a map to the farthest depth."""
         corner, size = (number * TEXELS, 0), (TEXELS, TEXELS)
         if GL.glClearTexSubImage:  # glClear draws a part of a texture, slowly
             what = GL.GL_DEPTH_COMPONENT, GL.GL_FLOAT, np.ones(1, np.float32)
-            GL.glClearTexSubImage(self._static, 0, *corner, 0, *size, 1, *what)
+            GL.glClearTexSubImage(texture, 0, *corner, 0, *size, 1, *what)
             return
-        with _drawing(self._static_fb, number):  # OpenGL before 4.4
+        with _drawing(framebuffer, number):  # OpenGL before 4.4
             GL.glScissor(*corner, *size)
             GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
 
     def forget(self) -> None:
         """Draw all static objects again for the next frame: they have changed."""
-        self._places = [None] * MAPS
+        self._static_at: list[bytes | None] = [None] * MAPS
+        self._all_at: list[bytes | None] = [None] * MAPS
+        self._moves = [False] * MAPS
 
     def bind(self, unit: int) -> None:
         """Bind the maps to a texture unit."""

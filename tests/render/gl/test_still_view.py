@@ -222,3 +222,25 @@ def test_parts_drawn_anew_are_bit_identical_to_a_whole_drawing(
     vehicles = np.unique(parts[0].ids)
     assert np.sum(vehicles >= scene.ids[0]) >= 4
     assert not np.array_equal(parts[0].image, parts[1].image)
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_shadows_of_a_camera_that_moves_and_rests_are_those_of_whole_maps(
+    busy: Stage,
+) -> None:
+    scene, first = build_scene(busy), busy.cameras[0]
+    target = busy.trajectories.target
+    images: dict[bool, list[NDArray[np.uint8]]] = {True: [], False: []}
+    for whole, kept in images.items():
+        with SceneRenderer(scene, first.width, first.height, 1) as renderer:
+            # as it begins to move, goes on, rests and moves back
+            for frame, along_m in enumerate([0, 40, 80, 80, 80, 120, 160, 0]):
+                shift = first.rotation @ np.array([along_m, 0.0, 0.0])
+                camera = replace(first, translation=first.translation - shift)
+                poses, present = vehicle_poses(busy.trajectories, frame)
+                if whole:
+                    renderer.forget_last()
+                kept.append(renderer.render(camera, poses, present, target).image)
+    assert all(map(np.array_equal, images[True], images[False]))
+    assert not np.array_equal(images[True][0], images[True][-1])  # traffic moved on

@@ -1,0 +1,65 @@
+"""What the renderer draws where all is known: the sky; meshes without repeated rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simbench.core.camera import Camera
+from simbench.render.gl import batches
+from simbench.render.gl.scene_renderer import SceneRenderer
+from simbench.render.world.illumination import Illumination
+from simbench.render.world.scene import build_scene, vehicle_poses
+from simbench.scenarios.stage import build_stage
+from tests.scenarios.small_scenario import small_scenario
+
+
+def _sky(light: Illumination, rays: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the levels of the sky in directions (N, 3), as ``light.glsl`` has them."""
+    rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+    up = np.maximum(rays[:, 2:], 0.0)
+    share = 1.0 / (1.0 + 4.0 * up * (1.0 + 2.0 * up))
+    near_sun = np.maximum(rays @ light.to_sun, 0.0)[:, None]
+    glow = light.glow * (0.5 * near_sun**6 + 1.5 * near_sun**24)
+    found = light.zenith + share * (light.horizon - light.zenith) + glow
+    curve = found * (2.51 * found + 0.03) / (found * (2.43 * found + 0.59) + 0.14)
+    return np.asarray(255.0 * np.sqrt(np.clip(curve, 0.0, 1.0)))
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+@pytest.mark.parametrize("time", ["day", "dusk"])
+def test_the_sky_is_exact_at_every_pixel(time: str) -> None:
+    stage = build_stage(small_scenario(light={"time": time}, frames=2), 0)
+    scene, poses = build_scene(stage), vehicle_poses(stage.trajectories, 0)
+    eye = stage.cameras[0].position + [0.0, 0.0, 60.0]
+    toward_sun = eye + scene.light.to_sun
+    camera = Camera.look_at(eye, toward_sun, fov_rad=1.2, width=320, height=240)
+    with SceneRenderer(scene, 320, 240, 1) as renderer:
+        frame = renderer.render(camera, *poses, stage.trajectories.target)
+    rows, columns = np.nonzero(frame.ids == 0)
+    assert len(rows) > 0.3 * frame.ids.size
+    spots = np.stack([columns, rows], axis=1) + 0.5 - camera.matrix[:2, 2]
+    local = np.column_stack([spots / camera.focal_px, np.ones(len(spots))])
+    expected = _sky(scene.light, local @ camera.rotation)
+    assert np.abs(frame.image[rows, columns] - expected).max() < 1.5
+    assert np.ptp(expected) > 20.0
+
+
+class TestWelding:
+    def test_each_row_is_kept_once(self, rng: np.random.Generator) -> None:
+        rows = rng.integers(-2, 3, (400, 12)).astype(np.float32)[
+            rng.integers(40, size=400)
+        ]
+        unique, index = batches._weld(rows)
+        assert len(unique) == len(np.unique(rows, axis=0))
+        assert np.array_equal(unique[index], rows)
+
+    def test_rows_with_equal_hashes_are_left_as_they_are(
+        self, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(np, "sum", lambda mixed, axis: np.zeros(len(mixed)))
+        rows = rng.standard_normal((9, 12)).astype(np.float32)
+        unique, index = batches._weld(rows)
+        assert np.array_equal(unique[index], rows)
