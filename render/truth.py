@@ -50,15 +50,18 @@ def amodal_boxes(
     slope = camera.width / camera.focal_px
     # Skips vehicles far outside the view; NaN compares false.
     near = (local[:, 2] > -20.0) & (np.abs(local[:, 0]) < slope * local[:, 2] + 60.0)
-    near &= _may_be_in_view(camera, local, trajectories)
+    sizes = [(v.length / 2.0, v.width / 2.0, v.height) for v in trajectories.vehicles]
+    reach = np.linalg.norm(np.array(sizes), axis=1) + 0.01
+    near &= _may_be_in_view(camera, local, reach)
     for index in np.flatnonzero(near):
         vehicle, pose = trajectories.vehicles[index], poses[index]
         outline = hull(vehicle)
         points = outline.points @ pose[:3, :3].T + pose[:3, 3]
-        ahead = _beyond_near_plane(camera, points, outline.edges)
-        if not len(ahead):
-            continue
-        pixels, _ = camera.project(ahead)
+        if reach[index] > local[index, 2] - NEAR_M:
+            points = _beyond_near_plane(camera, points, outline.edges)
+            if not len(points):
+                continue
+        pixels, _ = camera.project(points)
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         if np.all(high > 0.0) and np.all(low < [camera.width, camera.height]):
             boxes[index] = [*low, *(high - low)]
@@ -66,14 +69,13 @@ def amodal_boxes(
 
 
 def _may_be_in_view(
-    camera: Camera, local: NDArray[np.float64], trajectories: Trajectories
+    camera: Camera, local: NDArray[np.float64], reach: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """Return which vehicles, at (V, 3) m of the camera, may project into the image.
 
-    All others are beyond one side of the view with a sphere around them.
+    All others are beyond one side of the view with a sphere around them, of radius
+    ``reach``, (V,) m.
     """
-    sizes = [(v.length / 2.0, v.width / 2.0, v.height) for v in trajectories.vehicles]
-    reach = np.linalg.norm(np.array(sizes), axis=1) + 0.01
     focal, (cx, cy) = camera.focal_px, camera.matrix[:2, 2]
     sides = np.array(
         [
