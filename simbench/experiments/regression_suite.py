@@ -18,7 +18,8 @@ from typing import Annotated, Any, Final, TypeVar
 import pydantic
 
 from simbench.core.errors import DatasetError
-from simbench.evaluation.gate.baseline import MOST_REPETITIONS, Seed, validation_line
+from simbench.evaluation.gate.baseline import validation_line
+from simbench.evaluation.gate.baseline_rows import MOST_REPETITIONS, Seed
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.foreign_module import foreign_module
 from simbench.experiments.request import Request, parse_seeds

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.evaluation.gate.baseline import MEASURES, BaselineRow
+from simbench.evaluation.gate.baseline_rows import MEASURES, BaselineRow
 from simbench.evaluation.gate.gate_tests import RowPair, paired_tests
 from simbench.evaluation.gate.regression import check_tests
 from simbench.experiments.regression_suite import DEFAULT_SUITE

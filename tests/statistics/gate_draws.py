@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished, read_sequence
-from simbench.evaluation.gate.baseline import MEASURES
+from simbench.evaluation.gate.baseline_rows import MEASURES
 from simbench.evaluation.measures import track_measures
 from simbench.evaluation.run_tracker import track
 from simbench.experiments.regression_suite import DEFAULT_SUITE

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from simbench.core.atomic_write import atomic_write
 from simbench.core.text import printable
-from simbench.evaluation.gate.baseline import USAGE
+from simbench.evaluation.gate.baseline_rows import USAGE
 from simbench.evaluation.gate.regression import Check
 
 __all__ = ["TABLE_HEADINGS", "markdown_summary", "table_rows", "write_junit"]

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from simbench.evaluation.gate.baseline import MEASURES, USAGE, BaselineRow
+from simbench.evaluation.gate.baseline_rows import MEASURES, USAGE, BaselineRow
 from simbench.evaluation.statistics.paired import holm, random_signs
 
 __all__ = ["LEAST_TESTED", "PairTest", "RowPair", "paired_tests"]

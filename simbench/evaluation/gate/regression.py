@@ -16,10 +16,10 @@ from typing import Final, Literal
 
 import pandas as pd
 
-from simbench.evaluation.gate.baseline import (
+from simbench.evaluation.gate.baseline import Baseline
+from simbench.evaluation.gate.baseline_rows import (
     MEASURES,
     USAGE,
-    Baseline,
     BaselineRow,
     baseline_rows,
 )

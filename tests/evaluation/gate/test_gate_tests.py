@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simbench.evaluation.gate.baseline import MEASURES, BaselineRow
+from simbench.evaluation.gate.baseline_rows import MEASURES, BaselineRow
 from simbench.evaluation.gate.gate_tests import RowPair, paired_tests
 from simbench.evaluation.gate.regression import LEVEL, check_tests
 
