@@ -175,8 +175,13 @@ def _print(
     for notice in notices:
         print_line(console, notice, "yellow")
     print_line(console, f"{measure}, mean over instances and its interval:")
-    headings, rows = _sections(tables, measure, "*{}*")
-    print_table(console, headings, rows)
+    (_, *places), rows = _sections(tables, measure, "*{}*")
+    listed = [
+        ("" if index else place, tracker, cells[column])
+        for column, place in enumerate(places)
+        for index, (tracker, *cells) in enumerate(rows)
+    ]
+    print_table(console, ("scenario", "tracker", "mean"), listed)
     if any(cell.startswith("*") for _, *cells in rows for cell in cells):
         print_line(console, "*marked*: no other is shown to be better", "dim")
     print_line(console, "")

@@ -53,6 +53,22 @@ def test_trackers_of_a_run_are_compared_in_text_and_files(
     ElementTree.parse(out / "critical-difference.svg")
 
 
+def test_means_of_many_scenarios_fit_a_narrow_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    run = run_of(tmp_path / "run", {"directional-45": 2.0, "condensation": 30.0})
+    once = Scores.read(run)
+    places = [f"scenario-{number}" for number in range(7)]
+    parts = [Scores(once.runs.assign(scenario=p), once.frames) for p in places]
+    Scores.concat(parts).write(run)
+    assert execute(["compare", str(run)]) == 0
+    lines = capsys.readouterr().out.split("first")[0].splitlines()
+    assert max(map(len, lines)) <= 80
+    assert [line.split(",")[0] for line in lines if ", n = 8" in line] == places
+    assert sum("directional-45" in line for line in lines) == 8  # over all, too
+
+
 def test_too_few_seeds_say_how_many_are_needed_and_mark_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
