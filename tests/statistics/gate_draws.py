@@ -31,14 +31,14 @@ __all__ = ["DAMAGED", "UNCHANGED", "Draws", "draws"]
 Floats = NDArray[np.float64]
 Draws = dict[tuple[str, str, int], Floats]  # label, scenario, seed: (runs, measures)
 
-UNCHANGED: Final = {"condensation": 200, "directional-45": 120, "dsp": 40}
+UNCHANGED: Final = {"condensation": 120, "directional-45": 60, "dsp": 40}
 """Runs of each tracker on each film."""
 DAMAGED: Final = {
     "half": "condensation@particles=50",
     "sigma": "condensation@sigma=0.12",
     "noise": "condensation@position_noise=0.18@error_noise=3.0",
 }
-_DAMAGED_RUNS: Final = 120
+_DAMAGED_RUNS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
