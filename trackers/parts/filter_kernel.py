@@ -118,21 +118,23 @@ def gate(cloud, motion, factors):  # type: ignore[no-untyped-def]
     The factors are those of `gate_weights`; scouts pass, at their share. Where nothing
     passes, all do.
     """
-    count = cloud.shape[0]
     every = int(motion[SCOUT_EVERY])
     weighting = int(motion[WEIGHTING])
+    ahead_x, ahead_y = math.cos(motion[THETA]), math.sin(motion[THETA])
+    least_cosine = math.cos(motion[HALF_ANGLE]) - 1e-9
     passed = False
-    for i in range(count):
+    for i in range(cloud.shape[0]):
         factor = 1.0
         if every > 0 and i % every == 0:
             factor = motion[SCOUT_SHARE]
         elif motion[HALF_ANGLE] > 0.0:
-            beta = math.atan2(
-                cloud[i, 1] - motion[APEX_Y], cloud[i, 0] - motion[APEX_X]
-            )
-            turn = abs(beta - motion[THETA]) % math.tau
-            psi = min(turn, math.tau - turn)
-            factor = angle_factor(psi, motion[HALF_ANGLE], weighting)
+            x, y = cloud[i, 0] - motion[APEX_X], cloud[i, 1] - motion[APEX_Y]
+            factor = 0.0
+            # The angle itself takes longer, and is needed near the cone only.
+            if x * ahead_x + y * ahead_y >= least_cosine * math.sqrt(x * x + y * y):
+                turn = abs(math.atan2(y, x) - motion[THETA]) % math.tau
+                psi = min(turn, math.tau - turn)
+                factor = angle_factor(psi, motion[HALF_ANGLE], weighting)
         factors[i] = factor
         passed = passed or factor > 0.0
     if not passed:

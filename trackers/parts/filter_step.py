@@ -178,7 +178,7 @@ class FilterStep:
         self._space = (
             np.zeros(REGION_CELLS, np.uint16),
             np.zeros(REGION_CELLS, np.float32),
-            np.zeros(disc + ring, np.int32),
+            np.zeros(disc + ring, np.uint32),  # unsigned: no look for negative ones
             np.zeros((2, len(support) + 1), np.int32),
         )
         self._factors = np.ones(particles)
@@ -222,7 +222,7 @@ class FilterStep:
             self.weights,
             self._uniforms,
             self._noise,
-            np.array(list(self.motion.values())),
+            np.fromiter(self.motion.values(), np.float64, len(self.motion)),
             self._limits,
             self._ancestors,
             self._occupied,

@@ -52,9 +52,31 @@ def fill(  # type: ignore[no-untyped-def]  # numba infers the types
                 level = np.float32(red + 2 * green + blue) * np.float32(0.25)
                 grey[start + column] = level
         if with_grey and cell > 1:
-            for column in range(first, last):
-                x = left + column * cell
-                grey[start + column] = mean_grey(image, x, y, cell)
+            fill_grey(image, left, y, cell, grey[start + first : start + last], first)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def fill_grey(image, left, y, cell, grey, first):  # type: ignore[no-untyped-def]
+    """Set the mean grey levels of a row of cells, the first being number ``first``."""
+    height, width = image.shape[0], image.shape[1]
+    count = grey.shape[0]
+    if y < 0 or y + cell > height:
+        for k in range(count):
+            grey[k] = mean_grey(image, left + (first + k) * cell, y, cell)
+        return
+    whole = np.float32(4 * cell * cell)
+    for k in range(count):
+        x = left + (first + k) * cell
+        if x < 0 or x + cell > width:
+            grey[k] = mean_grey(image, x, y, cell)
+            continue
+        total = np.uint32(0)
+        for row in range(np.uintp(y), np.uintp(y + cell)):
+            for column in range(np.uintp(x), np.uintp(x + cell)):
+                total += np.uint32(image[row, column, 0])
+                total += np.uint32(image[row, column, 1]) << np.uint32(1)
+                total += np.uint32(image[row, column, 2])
+        grey[k] = np.float32(total) / whole
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -134,7 +156,8 @@ def measure(  # type: ignore[no-untyped-def]  # numba infers the types
         half_width, half_height = cloud[i, 2] * scale, cloud[i, 3] * scale
         for k in range(total_points):
             row = np.int32(y + points[1, k] * half_height)
-            index[k] = row * np.int32(columns) + np.int32(x + points[0, k] * half_width)
+            column = np.int32(x + points[0, k] * half_width)
+            index[k] = np.uint32(row * np.int32(columns) + column)
         rho = coefficient(bins, index, 0, disc, counts, roots, disc_roots)
         if surround > 0.0:
             around = coefficient(
