@@ -12,7 +12,7 @@ DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
 .PHONY: demo test test-all test-compat test-train attack oracle statistics filters bench \
-    bench-before particles lint format house clean
+    bench-before particles separation lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -52,6 +52,11 @@ oracle: .venv/developer
 # real clips: make filters BASE=COMMIT FILTERS_OPTIONS="--clips FOLDER"; resumes
 filters: .venv/developer
 	$(BIN)/python -m tests.filters $(BASE) $(FILTERS_OPTIONS)
+
+# how well the encoder tells targets from their surroundings, into docs/encoder.md:
+# make separation SEPARATION_OPTIONS="--clips FOLDER"
+separation: .venv/developer
+	$(BIN)/python -m tests.separation $(SEPARATION_OPTIONS)
 
 # docs/particles.svg: time of a frame against the number of particles
 particles: .venv/developer

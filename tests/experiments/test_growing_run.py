@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import simbench.experiments.run as run_module
 import simbench.runtime.code_digest as code_digest_module
+import simbench.trackers.weights.encoder as encoder_weights
 from simbench.core.errors import DatasetError, TrackerError
 from simbench.evaluation.scores import Scores
 from simbench.experiments.rebuild_report import rebuild_report
@@ -23,6 +26,7 @@ from simbench.runtime.code_digest import code_digest
 from simbench.runtime.versions import versions
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker
+from simbench.trackers.parts.weights_file import pack_weights, read_weights
 
 ROOT = Path(__file__).parents[2]
 pytestmark = [pytest.mark.sumo, pytest.mark.gl]
@@ -254,6 +258,29 @@ def test_data_files_of_a_tracker_enter_its_key(tmp_path: Path) -> None:
     assert code() == before
     weights.write_bytes(b"2")
     assert code() != before
+
+
+def test_weights_that_a_built_in_tracker_is_given_enter_its_key(
+    tmp_path: Path,
+) -> None:
+    shipped = Path(encoder_weights.__file__).parent
+    for name in ("weights.npz", "weights.json"):
+        shutil.copy(shipped / name, tmp_path)
+
+    def code(spec: str) -> str:
+        (found,) = tracker_codes([find_tracker(spec)], timeout_s=60.0).values()
+        return found
+
+    given = f"dlt@weights='{tmp_path / 'weights.npz'}'"
+    codes = {code("dlt"), code(given)}
+    retrained = pack_weights(
+        read_weights(shipped / "weights.npz") | {"more": np.ones(1)}
+    )
+    (tmp_path / "weights.npz").write_bytes(retrained)
+    digest = {"sha256": hashlib.sha256(retrained).hexdigest()}
+    (tmp_path / "weights.json").write_text(json.dumps(digest))
+    codes.add(code(given))
+    assert len(codes) == 3
 
 
 class ReadsFile:

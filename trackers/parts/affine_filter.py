@@ -14,18 +14,18 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.affine_group import compose, exp, log_between
 from simbench.trackers.parts.affine_patches import side_limits, state_of
-from simbench.trackers.parts.appearance import Appearance, TemplateAppearance
 from simbench.trackers.parts.dead_reckoning import DeadReckoning
-from simbench.trackers.parts.encoder import load_encoder
+from simbench.trackers.parts.first_appearance import (
+    first_appearance,
+    require_appearance,
+)
 from simbench.trackers.parts.lost_search import search_noise
-from simbench.trackers.parts.machine_appearance import MachineAppearance
 from simbench.trackers.parts.state_priors import clipped, prior_losses, sides_of
 from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.parts.transitions import graded_noise
 
 __all__ = ["PAPER", "AffineFilter"]
 
-APPEARANCES = ("templates", "machine", "encoder")
 GROWTH_GAIN = 0.05  # weight of the newest change of size in the velocity
 LEARN_EVERY = 3  # frames of sufficient confidence
 ASPECT_NOISE, ROTATION_NOISE, SHEAR_NOISE = 0.01, 0.01, 0.005  # E2, E3, E4
@@ -146,13 +146,7 @@ class AffineFilter(ABC):
                 raise TrackerError(f"{name} must be at least {least}, got {value}")
         if not 0.0 < self.least_noise <= 1.0:
             raise TrackerError(f"least_noise must be in (0, 1], got {self.least_noise}")
-        if self.appearance not in APPEARANCES:
-            raise TrackerError(
-                "appearance must be templates, machine or encoder, got "
-                f"{self.appearance}"
-            )
-        if self.appearance == "encoder":
-            load_encoder(self.weights)
+        require_appearance(self)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -164,7 +158,7 @@ class AffineFilter(ABC):
         self._rng = rng
         self._confident_frames = 0
         self._reckoned = DeadReckoning(self._state)
-        self._appearance = self._first_appearance(frame.image)
+        self._appearance = first_appearance(self, frame.image, self._state, rng)
         # Compile the kernels here, so that the first update is not timed with it.
         self._confidences(self._state[None])
         self._displacement(self._state)
@@ -203,28 +197,6 @@ class AffineFilter(ABC):
     @abstractmethod
     def _refine(self, swarm: Swarm) -> None:
         """Improve the particles of a frame or of a search, in place."""
-
-    def _first_appearance(self, image: NDArray[np.uint8]) -> Appearance:
-        """Return the appearance of the first frame."""
-        if self.appearance != "templates":
-            is_encoded = self.appearance == "encoder"
-            return MachineAppearance(
-                image,
-                self._state,
-                encoder=load_encoder(self.weights) if is_encoded else None,
-                hidden=self.hidden,
-                rng=self._rng,
-            )
-        return TemplateAppearance(
-            image,
-            self._state,
-            structure=self.structure,
-            balance=self.balance,
-            first_share=self.first_share,
-            template_gain=self.template_gain,
-            colour_gain=self.colour_gain,
-            background_gain=self.background_gain,
-        )
 
     def _sample_first(self) -> Swarm:
         """Return the best N of 4 N particles: no velocity is known yet."""

@@ -86,7 +86,6 @@ class Encoder:
         return values
 
 
-@cache
 def load_encoder(path: str = "") -> Encoder:
     """Return the encoder of a file, see `read_weights`; by default the shipped one.
 
@@ -96,7 +95,18 @@ def load_encoder(path: str = "") -> Encoder:
         If the file cannot be read, or holds no encoder.
     """
     folder = Path(simbench.trackers.weights.encoder.__file__).parent
-    return Encoder(read_weights(Path(path) if path else folder / "weights.npz"))
+    file = Path(path) if path else folder / "weights.npz"
+    try:
+        state = file.stat()
+    except (OSError, ValueError):  # ValueError: a NUL in the name
+        return Encoder(read_weights(file))  # which says what is wrong
+    return _encoder(file, state.st_mtime_ns, state.st_size)
+
+
+@cache
+def _encoder(file: Path, mtime_ns: int, size: int) -> Encoder:
+    """Read a file once in the state that its time and size tell."""
+    return Encoder(read_weights(file))
 
 
 def _folded(

@@ -1,0 +1,1 @@
+"""How well appearance models tell a target from its surroundings: docs/encoder.md."""
