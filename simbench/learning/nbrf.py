@@ -127,7 +127,7 @@ def _run_film(
     """Run the filter over one film in every setting, and collect samples."""
     sequence = read_sequence(folder)
     boxes = np.asarray(sequence.truth.boxes)[: recipe.films.frames]
-    runs = []
+    runs: list[tuple[str, Nbrf]] = []
     for setting in SETTINGS:
         for particles in recipe.particles:
             make = nbrf_paper if setting == "paper" else Nbrf

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import cv2
 import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
@@ -25,15 +22,6 @@ def clip() -> Clip:
     """An easy clip that all of them hold, its target in a box of 40 x 30 px."""
     centres = straight(80, (150, 240), (3.0, 0.4))
     return render_clip(centres, np.full(80, 40.0), size=SIZE)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def one_thread() -> Iterator[None]:
-    """Hold OpenCV to one thread, as runs of trackers do."""
-    before = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    yield
-    cv2.setNumThreads(before)
 
 
 @pytest.mark.skipif(

@@ -17,7 +17,8 @@ from simbench.trackers.gdpf import (
     gdpf_inc,
     gdpf_inc_paper,
 )
-from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.opencv import OpenCvTracker
+from simbench.trackers.parts.opencv_build import opencv_tracker_names
 from tests.bench.test_trackers_bench import SIZE, hold
 from tests.trackers.clips import Clip, render_clip, straight
 

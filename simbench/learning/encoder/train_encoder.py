@@ -56,7 +56,8 @@ def train_encoder(
     data = torch.from_numpy(patches.astype(np.float32)) * PATCH_SCALE
     sizes = [data.shape[1], *recipe.layers]
     total = recipe.layer_iterations * len(recipe.layers) + recipe.joint_iterations
-    encoders, decoders = [], []
+    encoders: list[Any] = []
+    decoders: list[Any] = []
     done, inputs = 0, data
     for number, (wide, narrow) in enumerate(pairwise(sizes), 1):
         encoder, decoder = torch.nn.Linear(wide, narrow), torch.nn.Linear(narrow, wide)
