@@ -96,7 +96,8 @@ def _settings(
 ) -> None:
     level = logging.DEBUG if debug else logging.WARNING
     handler = logging.StreamHandler()
-    handler.setFormatter(_PrintableFormatter("%(levelname)s %(name)s: %(message)s"))
+    where = "%(levelname)s %(name)s:" if debug else "simbench:"
+    handler.setFormatter(_PrintableFormatter(f"{where} %(message)s"))
     logging.basicConfig(level=level, handlers=[handler])
     logging.getLogger("simbench").setLevel(level)
 
