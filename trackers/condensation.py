@@ -3,44 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
-from simbench.core.text import did_you_mean
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.camera_motion import CameraMotion
+from simbench.trackers.parts.coasting import (
+    BRAKE,
+    SCOUT_SHARE,
+    coasts,
+    set_search,
+)
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from simbench.trackers.parts.confidence import Confidence
 from simbench.trackers.parts.course import Course
 from simbench.trackers.parts.courses import Courses
 from simbench.trackers.parts.filter_step import FilterStep
 from simbench.trackers.parts.kld_sampling import KldSampling
+from simbench.trackers.parts.parameter_checks import check_choice
 from simbench.trackers.parts.particle_cloud import ParticleCloud
 from simbench.trackers.parts.resampling import SCHEMES
 
-__all__ = ["PAPER", "Condensation", "check_choice", "condensation_paper"]
+__all__ = ["PAPER", "Condensation", "condensation_paper"]
 
 SCALE_RANGE = (0.1, 10.0)  # of the first box: cars shrink fourfold on a long road
 MIN_HALF_AXIS_PX = 1.5  # below this an ellipse covers fewer than ten pixels
 MIN_NOISE_PX = 1.0  # of the position, once a course is known
 COURSE_START_WIDTHS = 0.25  # net displacement from which a course is known
 COURSE_JITTER = 1.0  # standard deviations of the jitter that it must exceed, too
-FLOOR = 0.5  # of the level: similarities below it tell no places apart
 DOUBT_SPREAD = 0.3  # share of the spread on a steady course, without any trust
-COAST_FRAMES = 20  # for which a steady course is carried on without the target
-BRAKE = 0.9  # of the speed per frame, after that or without a steady course
 WIDENING = 0.05  # of the spread per frame without the target
-SCOUT_EVERY = 2  # particles, in the search for a lost target
-SCOUT_BOXES = 1.0  # standard deviation of a scout's position
-SCOUT_WIDENING = 0.1  # of it per frame
-SCOUT_WIDEST = 3.0  # times as wide as at first
-SCOUT_SHARE = math.exp(-8.0)  # weight of a scout against a particle on the course
 
 PAPER: dict[str, Any] = {  # what the paper says, and nothing else
     "samples": 128,
@@ -191,16 +189,30 @@ class Condensation:
         x, y = box.center
         axes = np.maximum([box.width / 2.0, box.height / 2.0], MIN_HALF_AXIS_PX)
         ellipse = np.array([x, y, *axes])
+        self._filter = self._first_step(frame.image, ellipse)
+        noise = {"scale_noise": self.scale_noise, "aspect_noise": self.aspect_noise}
+        self._filter.motion.update(noise, scout_share=SCOUT_SHARE)
+        self._confidence = Confidence(self._filter.best, self._filter.colour)
+        self._courses = Courses(self._first_course(x, y, float(2.0 * axes[0])))
+        self._camera = CameraMotion(frame.image) if self.camera_motion else None
+        self._before, self._theta = ellipse.tolist(), math.nan
+        self._box = (2.0 * axes).tolist()
+        self._rng = rng
+
+    def _first_step(
+        self, image: NDArray[np.uint8], ellipse: NDArray[np.float64]
+    ) -> FilterStep:
+        """Return the filter of a target, (4,) px, in the first frame."""
         self._likelihood = ColourLikelihood(
-            frame.image,
+            image,
             ellipse,
             samples=self.samples,
             sigma=self.sigma,
             surround=self.surround,
             background=self.background,
         )
-        self._filter = FilterStep(
-            frame.image,
+        return FilterStep(
+            image,
             ellipse,
             particles=self.particles,
             likelihood=self._likelihood,
@@ -211,14 +223,6 @@ class Condensation:
             resampling=self.resampling,
             kld=self._kld,
         )
-        noise = {"scale_noise": self.scale_noise, "aspect_noise": self.aspect_noise}
-        self._filter.motion.update(noise, scout_share=SCOUT_SHARE)
-        self._confidence = Confidence(self._filter.best, self._filter.colour)
-        self._courses = Courses(self._first_course(x, y, float(2.0 * axes[0])))
-        self._camera = CameraMotion(frame.image) if self.camera_motion else None
-        self._before, self._theta = ellipse.tolist(), math.nan
-        self._box = (2.0 * axes).tolist()
-        self._rng = rng
 
     def _first_course(self, x: float, y: float, width: float) -> Course:
         """Return the unknown course of a target at a position, px."""
@@ -233,7 +237,10 @@ class Condensation:
         if self._camera is not None:
             self._courses.choose(self._camera.shift(frame.image, state.mean))
         self._set_motion()
-        self._set_search()
+        if self.search:
+            place, shift = state.mean[:2].tolist(), self._courses.shift
+            search = self._confidence, self._course
+            set_search(state.motion, *search, place, self._box, shift)
         self._before, self._theta = state.mean.tolist(), self._course.theta
         area = self._before[2] * self._before[3]
         state.advance(frame.image, self._rng)
@@ -291,21 +298,6 @@ class Condensation:
             share = DOUBT_SPREAD + (1.0 - DOUBT_SPREAD) * self._confidence.trust
         return course.speed, share * spread, share * self.position_noise
 
-    def _set_search(self) -> None:
-        """Set floor and scouts for the next step."""
-        if not self.search:
-            return
-        motion, lost = self._filter.motion, self._confidence.lost
-        motion["floor"] = FLOOR * self._confidence.level
-        if lost == 0:
-            motion["seen_x"], motion["seen_y"] = self._filter.mean[:2].tolist()
-        motion["seen_x"] += self._courses.shift[0]
-        motion["seen_y"] += self._courses.shift[1]
-        coasts = self._course.is_steady and lost <= COAST_FRAMES
-        motion["scout_every"] = SCOUT_EVERY if lost > 0 and not coasts else 0
-        boxes = SCOUT_BOXES * min(1.0 + SCOUT_WIDENING * lost, SCOUT_WIDEST)
-        motion["scout_x"], motion["scout_y"] = (boxes * side for side in self._box)
-
     def _judge(self, x: float, y: float, growth: float) -> None:
         """Learn from the step that was made what its similarity is worth."""
         confidence, trust = self._confidence, 1.0
@@ -328,17 +320,9 @@ class Condensation:
         if not self.search:
             return
         lost = self._confidence.lost
-        if lost > 0 and not (course.is_steady and lost <= COAST_FRAMES):
+        if lost > 0 and not coasts(course, lost):
             course.brake(BRAKE)
         course.forget_if_wrong()
-
-
-def check_choice(name: str, value: object, known: Iterable[str]) -> None:
-    """Raise `TrackerError` if a parameter is none of the known words."""
-    words = list(known)
-    if value not in words:
-        expected = f"{name} must be one of {', '.join(words)}"
-        raise TrackerError(f"{expected}, got {value!r}{did_you_mean(value, words)}")
 
 
 def condensation_paper(**parameters: Any) -> Condensation:

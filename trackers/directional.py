@@ -12,18 +12,14 @@ from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
-from simbench.trackers.condensation import (
-    MIN_NOISE_PX,
-    PAPER,
-    Condensation,
-    check_choice,
-)
+from simbench.trackers.condensation import MIN_NOISE_PX, PAPER, Condensation
 from simbench.trackers.parts.course import STEADY_DISAGREEMENT, Course
 from simbench.trackers.parts.directional_gate import (
     CLOUD_OFFSET,
     WEIGHTINGS,
     forward_mean,
 )
+from simbench.trackers.parts.parameter_checks import check_choice
 
 __all__ = [
     "Directional",
