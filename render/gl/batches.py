@@ -153,12 +153,19 @@ class CellMesh:
         self._low = np.minimum.reduceat(points, starts) if len(points) else points
         self._high = np.maximum.reduceat(points, starts) if len(points) else points
 
-    def draw(self, clip: NDArray[np.float64]) -> None:
-        """Draw the cells that may be visible in a projection, from near to far."""
-        seen = np.flatnonzero(may_be_visible(clip, self._low, self._high))
-        depth = (self._low[seen] + self._high[seen]) @ clip[3, :3]
-        seen = seen[np.argsort(depth, kind="stable")]
-        self._mesh.draw_ranges(self._starts[seen], self._ends[seen])
+    def draw(
+        self, clip: NDArray[np.float64], begin_m: float = -np.inf, end_m: float = np.inf
+    ) -> None:
+        """Draw the cells that may be visible in a projection, from near to far.
+
+        Only those whose depth begins in a half-open range are drawn.
+        """
+        seen = may_be_visible(clip, self._low, self._high)
+        axis = clip[3, :3]
+        depth = np.minimum(self._low * axis, self._high * axis).sum(axis=1) + clip[3, 3]
+        chosen = np.flatnonzero(seen & (depth >= begin_m) & (depth < end_m))
+        chosen = chosen[np.argsort(depth[chosen], kind="stable")]
+        self._mesh.draw_ranges(self._starts[chosen], self._ends[chosen])
 
     def delete(self) -> None:
         """Free the buffers."""

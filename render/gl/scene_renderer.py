@@ -30,10 +30,7 @@ from simbench.render.gl.framebuffers import Framebuffers
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import Program
-from simbench.render.gl.shadow_fit import (
-    ShadowFit,
-    fit_shadow_maps,
-)
+from simbench.render.gl.shadow_fit import FAR_M, ShadowFit, fit_shadow_maps
 from simbench.render.gl.shadow_maps import ShadowMaps
 from simbench.render.gl.still_view import StillView
 from simbench.render.gl.textures import grain_texture
@@ -87,9 +84,10 @@ class SceneRenderer:
         defines = self._lighting.defines
         if self._shadows is not None:
             defines = *defines, "SHADOWS"
+        parts = "GROUND", "FOLIAGE", "STATIC", "VEHICLES", "GROUND FAR", "STATIC FAR"
         self._programs = {
-            part: Program("scene.vert", "scene.frag", part, *defines)
-            for part in ("GROUND", "FOLIAGE", "STATIC", "VEHICLES")
+            part: Program("scene.vert", "scene.frag", *part.split(), *defines)
+            for part in parts
         }
         self._programs["sky"] = Program("sky.vert", "sky.frag")
         self._programs["bare"] = Program("bare.vert", "bare.frag")
@@ -359,15 +357,16 @@ class SceneRenderer:
                 instances.draw()
         height, width = self._buffers.shape
         narrow = [part_of(clip, part, width, height) for part in parts]
-        for part, mesh in (
+        for part, mesh, *depths in (
             ("STATIC", self._static),
             ("FOLIAGE", self._foliage),
-            ("GROUND", self._ground),
-            ("STATIC", self._distant),
+            ("GROUND", self._ground, -np.inf, FAR_M),
+            ("GROUND FAR", self._ground, FAR_M, np.inf),
+            ("STATIC FAR", self._distant),
         ):
             self._programs[part].use(uniforms)
             for index in self._buffers.inside(parts):
-                mesh.draw(narrow[index])
+                mesh.draw(narrow[index], *depths)
 
 
 def _in_cells(static_objects: Mesh) -> tuple[CellMesh, CellMesh]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from simbench.core.camera import Camera
 
-__all__ = ["MAPS", "REACH_M", "TEXELS", "ShadowFit", "fit_shadow_maps"]
+__all__ = ["FAR_M", "MAPS", "REACH_M", "TEXELS", "ShadowFit", "fit_shadow_maps"]
 
 MAPS = 2
 """Most maps a view."""
@@ -23,7 +23,7 @@ TEXELS = 2048
 """Texels along each side of a map."""
 REACH_M = 600.0
 """Half the depth of the maps along the light."""
-_FAR_M = 300.0
+FAR_M = 300.0
 """Distance to which shadows are drawn."""
 _HIGH_M = 12.0
 """Height above the ground up to which things receive shadows."""
@@ -158,15 +158,15 @@ def _within_heights(
 ) -> tuple[NDArray[np.float64], ...]:
     """Return where rays from a height are near the ground: depths of begin and end.
 
-    Also where they meet the ground; `_FAR_M` where they do not.
+    Also where they meet the ground; `FAR_M` where they do not.
     """
     steep = np.where(np.abs(rays[:, 2]) < 1e-9, 1e-9, rays[:, 2])
     grounds, tops = -height_m / steep, (_HIGH_M - height_m) / steep
-    grounds = np.where(grounds > 0.0, np.minimum(grounds, _FAR_M), _FAR_M)
+    grounds = np.where(grounds > 0.0, np.minimum(grounds, FAR_M), FAR_M)
     if height_m > _HIGH_M:
-        begins = np.where(tops > 0.0, np.minimum(tops, _FAR_M), _FAR_M)
+        begins = np.where(tops > 0.0, np.minimum(tops, FAR_M), FAR_M)
         return begins, grounds, grounds
-    tops = np.where(tops > 0.0, np.minimum(tops, _FAR_M), _FAR_M)
+    tops = np.where(tops > 0.0, np.minimum(tops, FAR_M), FAR_M)
     return np.zeros(len(rays)), np.minimum(grounds, tops), grounds
 
 

@@ -1,8 +1,9 @@
 #version 330 core
 // Compiled for ground, foliage, other static objects and vehicles (GROUND, FOLIAGE,
-// STATIC, VEHICLES), and for the features of the scene: illumination by lamps (LAMPLIT), a wet
-// road (WET), a tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer executes
-// both sides of a branch, so features are selected at compile time.
+// STATIC, VEHICLES), for what is beyond shadows and grain (FAR), and for the features of
+// the scene: illumination by lamps (LAMPLIT), a wet road (WET), a tunnel (TUNNEL), fog or
+// rain (THICK_AIR). A software renderer executes both sides of a branch, so features are
+// selected at compile time.
 //include light.glsl
 
 #if defined(GROUND)
@@ -58,7 +59,7 @@ layout(location = 1) out uint instance_id;
 const int ASPHALT = 1, GRASS = 2, PAINT = 3, GLASS = 4, LAMP = 5;
 
 float lit_share(float slope, float distance_m) {
-#if defined(SHADOWS)
+#if defined(SHADOWS) && !defined(FAR)
     bool is_near = distance_m < shadow_near;
     vec4 square = is_near ? shadow_squares[0] : shadow_squares[1];
     vec2 spot = in_light.xy * square.x + square.yz;
@@ -132,7 +133,7 @@ void main() {
 #else
     vec3 light = direct * share + indirect;
 #endif
-#if defined(GROUND)
+#if defined(GROUND) && !defined(FAR)
     float rough = kind == GRASS ? 1.0 : 0.42;
     light *= 1.0 + rough * (texture(grain, world.xy / 9.0).r - 0.5);
 #endif
