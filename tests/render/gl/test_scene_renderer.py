@@ -47,6 +47,24 @@ def test_the_sky_is_exact_at_every_pixel(time: str) -> None:
     assert np.ptp(expected) > 20.0
 
 
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_no_shadow_falls_on_the_hills() -> None:
+    hills = []
+    for shadows in (True, False):
+        stage = build_stage(small_scenario(light={"shadows": shadows}, frames=2), 0)
+        scene, poses = build_scene(stage), vehicle_poses(stage.trajectories, 0)
+        eye = stage.cameras[0].position
+        away = eye - scene.light.to_sun * [100.0, 100.0, 0.0]  # far along the light
+        camera = Camera.look_at(eye, away, fov_rad=0.8, width=160, height=120)
+        with SceneRenderer(scene, 160, 120, 1) as renderer:
+            frame = renderer.render(camera, *poses, stage.trajectories.target)
+        number = next(key for key, kind in scene.labels.items() if kind == "hill")
+        hills.append(frame.image[frame.ids == number].astype(int))
+    assert len(hills[0]) > 200
+    assert np.abs(hills[0] - hills[1]).max() <= 1
+
+
 class TestWelding:
     def test_each_row_is_kept_once(self, rng: np.random.Generator) -> None:
         rows = rng.integers(-2, 3, (400, 12)).astype(np.float32)[
