@@ -45,6 +45,13 @@ def reproduce(
         bool,
         typer.Option("--quick", help="Short films and few trackers: does it run?"),
     ] = False,
+    only: Annotated[
+        str,
+        typer.Option(
+            metavar="PARTS",
+            help="Parts of the experiments, with commas: of dsp levels, slow, pure.",
+        ),
+    ] = "",
     keep_sequences: Annotated[
         bool, typer.Option("--keep-sequences", help="Keep the films.")
     ] = False,
@@ -67,6 +74,7 @@ def reproduce(
 
     seeds = seeds or ("0:2" if quick else "0:20")
     command = f"simbench reproduce {paper} --seeds {seeds}"
+    command += f" --only {only}" if only else ""
     console = Console()
     with progress_bar(console, "the same command resumes it") as progress:
         found = run(
@@ -76,6 +84,7 @@ def reproduce(
             command=command + (" --quick" if quick else ""),
             jobs=core_count() if jobs is None else jobs,
             quick=quick,
+            only=list(filter(None, map(str.strip, only.split(",")))),
             keep_sequences=keep_sequences,
             notes=text,
             progress=progress,

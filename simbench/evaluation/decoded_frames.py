@@ -14,7 +14,7 @@ from simbench.core.frame import Frame
 
 __all__ = ["decoded_frames"]
 
-_MOST_BYTES: Final = 128 * 2**20
+_MOST_BYTES: Final = 256 * 2**20  # 240 frames of 720 x 480 px
 
 
 def decoded_frames(

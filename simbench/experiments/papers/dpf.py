@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from simbench.experiments.papers.dpf_figures import draw
-from simbench.experiments.papers.dpf_tables import tables
-from simbench.experiments.papers.judging import (
-    ClaimResult,
+from simbench.experiments.papers.claim_parts import (
     Part,
     difference_part,
-    judged,
     range_part,
     share_part,
 )
+from simbench.experiments.papers.dpf_figures import draw
+from simbench.experiments.papers.dpf_tables import tables
+from simbench.experiments.papers.judging import ClaimResult, judged
 from simbench.experiments.papers.measured import Measured
 from simbench.experiments.papers.settings import SETTINGS, TrackerEntry, by_both
 from simbench.experiments.papers.study import Grid, Study
@@ -38,6 +37,7 @@ def _entry(name: str, spec: str, note: str) -> TrackerEntry:
 ENTRIES: Final = (
     *by_both("condensation", *CUTS),
     *by_both("directional-45", settings="@particles=10"),
+    *by_both("condensation-kld", "directional-auto"),
     _entry(
         "condensation, drift alone",
         "condensation-paper@drift=true",
@@ -73,8 +73,6 @@ ENTRIES: Final = (
         "condensation@particles=50",
         "as many measurements as our pi/4 makes",
     ),
-    _entry("condensation-kld", "condensation-kld", "as many particles as it needs"),
-    _entry("directional-auto", "directional-auto", "T by the spread of recent steps"),
     _entry("dsp", "dsp", "a filter of another family: can the target be followed?"),
     _entry("still", "still", "never moves"),
 )
@@ -200,8 +198,8 @@ def judge(measured: Measured) -> list[ClaimResult]:
 DPF: Final = Study(
     key="dpf",
     title="Directional particle filter",
-    grids=(Grid(VIDEOS, ENTRIES),),
-    quick=Grid(VIDEOS[1:2], ENTRIES[:10]),
+    grids=(Grid("videos", VIDEOS, ENTRIES),),
+    quick=Grid("quick", VIDEOS[1:2], ENTRIES[:10]),
     quick_frames=24,
     judge=judge,
     tables=tables,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,8 @@ END_FRAMES: Final = 12
 """Last frames with a target, whose median error says whether a tracker keeps it."""
 HELD_SIDES: Final = 0.6
 """Largest error, in the longer side of the target, of an estimate that is on it."""
+RATE_SIDES: Final = 0.75
+"""Largest error of a frame that counts as tracked, in sides: 1.5 radii of a ball."""
 FAR_SIDES: Final = 5.0
 """Error at which a target is lost and further away is no worse, in sides."""
 HIDDEN: Final = 0.5
@@ -82,59 +85,102 @@ def instance_measures(scores: Scores) -> pd.DataFrame:
         sides, at most `FAR_SIDES`); ``held`` (share of frames below `HELD_SIDES`);
         ``lasts`` (frame of the last such estimate by the number of frames);
         ``jitter_px`` (mean change of the error's vector from frame to frame where the
-        target is held); ``particles_mean``, ``particles_min`` over the updates.
+        target is held); ``rate`` (share of frames with an error of at most
+        `RATE_SIDES`); ``particles_mean``, ``particles_min`` over the updates.
     """
     columns = ["precision_20", "success_50", "average_overlap", "fps"]
-    of_run = scores.runs.set_index(_KEYS)[columns]
+    of_frames = _FrameArrays.of(scores.frames)
     rows = []
-    for keys, frames in scores.frames.groupby(_KEYS, sort=False, dropna=False):
-        scenario, variant, seed, tracker = keys
-        row = {"place": place_name(scenario, variant), "seed": seed, "tracker": tracker}
-        row |= _measures(frames)
-        row |= of_run.loc[keys].to_dict()
-        rows.append(row)
-    return pd.DataFrame(rows)
+    for _, index in scores.frames.groupby(
+        _KEYS, sort=False, dropna=False
+    ).indices.items():
+        row = scores.frames.iloc[index[0]][_KEYS].to_dict()
+        rows.append(row | _measures(of_frames.part(index)))
+    table = pd.DataFrame(rows).merge(scores.runs[[*_KEYS, *columns]], on=_KEYS)
+    places = map(place_name, table["scenario"], table["variant"])
+    return table.assign(place=list(places))
 
 
-def _measures(frames: pd.DataFrame) -> dict[str, float]:
-    sides, pixels = normalised_distance(frames), centre_distance(frames)
-    known = np.isfinite(sides) | np.isposinf(sides)
-    is_held = known & (sides < HELD_SIDES)
+@dataclass(frozen=True, slots=True)
+class _FrameArrays:
+    """What the measures read of F frames.
+
+    Attributes
+    ----------
+    sides, pixels : (F,) float
+        Distance of the centres, see `normalised_distance`.
+    errors : (F, 2) float, px
+        Of the centre, x and y; NaN where one of them is unknown.
+    is_hidden : (F,) bool
+    particles : (F,) float
+    """
+
+    sides: NDArray[np.float64]
+    pixels: NDArray[np.float64]
+    errors: NDArray[np.float64]
+    is_hidden: NDArray[np.bool_]
+    particles: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, frames: pd.DataFrame) -> _FrameArrays:
+        """Read the columns of a table of frames."""
+        return cls(
+            normalised_distance(frames),
+            centre_distance(frames),
+            np.column_stack(_errors(frames)),
+            (frames["visible_fraction"] < HIDDEN).to_numpy(),
+            frames["particles"].to_numpy(np.float64),
+        )
+
+    def part(self, index: NDArray[np.intp]) -> _FrameArrays:
+        """Return some of the frames."""
+        return _FrameArrays(
+            self.sides[index],
+            self.pixels[index],
+            self.errors[index],
+            self.is_hidden[index],
+            self.particles[index],
+        )
+
+
+def _measures(of: _FrameArrays) -> dict[str, float]:
+    known = ~np.isnan(of.sides)
+    is_held = known & (of.sides < HELD_SIDES)
     last = known.nonzero()[0][-END_FRAMES:]
-    particles = frames["particles"].to_numpy(np.float64)[1:]
     held_at = is_held.nonzero()[0]
+    particles = of.particles[1:]
     return {
-        "keeps": float(np.median(sides[last]) < HELD_SIDES),
-        "keeps_20px": float(np.median(pixels[last]) < 20.0),
-        "survives_first": _survives_first(frames, sides),
-        "distance": float(np.minimum(sides[known], FAR_SIDES).mean()),
+        "keeps": float(np.median(of.sides[last]) < HELD_SIDES),
+        "keeps_20px": float(np.median(of.pixels[last]) < 20.0),
+        "survives_first": _survives_first(of),
+        "distance": float(np.minimum(of.sides[known], FAR_SIDES).mean()),
         "held": float(is_held[known].mean()),
-        "lasts": float((held_at[-1] + 1 if len(held_at) else 0) / len(frames)),
-        "jitter_px": _jitter(frames, is_held),
+        "rate": float((of.sides[known] <= RATE_SIDES).mean()),
+        "lasts": float((held_at[-1] + 1 if len(held_at) else 0) / len(known)),
+        "jitter_px": _jitter(of.errors, is_held),
         "particles_mean": float(particles.mean()) if len(particles) else np.nan,
         "particles_min": float(particles.min()) if len(particles) else np.nan,
     }
 
 
-def _survives_first(frames: pd.DataFrame, sides: NDArray[np.float64]) -> float:
+def _survives_first(of: _FrameArrays) -> float:
     """Return whether the target is held after its first occlusion; NaN without one."""
-    hidden = (frames["visible_fraction"] < HIDDEN).to_numpy()
-    if not hidden.any():
+    if not of.is_hidden.any():
         return np.nan
-    first = int(hidden.argmax())
-    seen = (~hidden[first:]).nonzero()[0]
+    first = int(of.is_hidden.argmax())
+    seen = (~of.is_hidden[first:]).nonzero()[0]
     if not len(seen):
         return np.nan
-    after = sides[first + int(seen[0]) :][:END_FRAMES]
+    after = of.sides[first + int(seen[0]) :][:END_FRAMES]
     after = after[~np.isnan(after)]
     return float(np.median(after) < HELD_SIDES) if len(after) else np.nan
 
 
-def _jitter(frames: pd.DataFrame, is_held: NDArray[np.bool_]) -> float:
+def _jitter(errors: NDArray[np.float64], is_held: NDArray[np.bool_]) -> float:
     both = is_held[1:] & is_held[:-1]
     if not both.any():
         return np.nan
-    steps = np.hypot(*(np.diff(one) for one in _errors(frames)))
+    steps = np.hypot(*np.diff(errors, axis=0).T)
     return float(steps[both].mean())
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from simbench.evaluation.scores import Scores
+from simbench.experiments.papers.instances import place_name
 from simbench.experiments.papers.settings import TrackerEntry
 
 __all__ = ["Measured"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Measured:
     """What was measured, of the entries of a study.
 
@@ -39,11 +41,18 @@ class Measured:
         return frozenset(map(str, self.table["place"].unique()))
 
     def spec(self, name: str, setting: str) -> str:
-        """Return the specification of a tracker in a setting; empty if it has none."""
-        of = (o.spec for o in self.entries if (o.name, o.setting) == (name, setting))
-        return next(of, "")
+        """Return the specification of a tracker in a setting; empty if it has none.
 
-    def values(self, places: str | Iterable[str], spec: str, column: str) -> pd.Series:  # type: ignore[type-arg]
+        That of a tracker which has one setting only serves in both.
+        """
+        of: dict[str, str] = {
+            one.setting: one.spec for one in self.entries if one.name == name
+        }
+        return of.get(setting, of.get("common", ""))
+
+    def values(
+        self, places: str | Iterable[str], spec: str, column: str
+    ) -> pd.Series[float]:
         """Return a measure of a tracker by instance.
 
         Parameters
@@ -66,7 +75,7 @@ class Measured:
 
     def difference(
         self, places: str | Iterable[str], first: str, second: str, column: str
-    ) -> pd.Series:  # type: ignore[type-arg]
+    ) -> pd.Series[float]:
         """Return a measure of the first tracker minus the second's, by instance."""
         listed = [places] if isinstance(places, str) else list(places)
         of = (self.values(listed, spec, column) for spec in (first, second))
@@ -75,8 +84,14 @@ class Measured:
 
     def frames(self, place: str, seed: int, spec: str) -> pd.DataFrame:
         """Return the frames of one run; empty where it was not run."""
-        scenario, _, variant = place.partition("@")
-        frames = self.scores.frames
-        is_run = (frames["scenario"] == scenario) & (frames["variant"] == variant)
-        is_run &= (frames["seed"] == seed) & (frames["tracker"] == spec)
-        return frames[is_run].sort_values("frame")
+        return self._runs.get((place, seed, spec), self.scores.frames.iloc[:0])
+
+    @cached_property
+    def _runs(self) -> dict[tuple[str, int, str], pd.DataFrame]:
+        """The frames of each run, by place, seed and tracker."""
+        keys = ["scenario", "variant", "seed", "tracker"]
+        found = {}
+        for _, frames in self.scores.frames.groupby(keys, sort=False):
+            scenario, variant, seed, tracker = frames.iloc[0][keys]
+            found[place_name(scenario, variant), int(seed), str(tracker)] = frames
+        return found

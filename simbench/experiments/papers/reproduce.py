@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,14 @@ import numpy as np
 from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import SimbenchError
 from simbench.core.sequence import Sequence
+from simbench.core.text import did_you_mean
 from simbench.evaluation.scores import Scores
 from simbench.experiments.papers.dpf import DPF
+from simbench.experiments.papers.dsp import DSP
 from simbench.experiments.papers.instances import instance_measures, place_name
 from simbench.experiments.papers.judging import ClaimResult
 from simbench.experiments.papers.measured import Measured
+from simbench.experiments.papers.nbrf import NBRF
 from simbench.experiments.papers.page import page
 from simbench.experiments.papers.published_figures import PublishedPaper, published
 from simbench.experiments.papers.settings import found_specs
@@ -34,7 +37,7 @@ from simbench.scenarios.schema import Scenario
 
 __all__ = ["STUDIES", "Reproduction", "reproduce"]
 
-STUDIES: Final[dict[str, Study]] = {"dpf": DPF}
+STUDIES: Final = {one.key: one for one in (DPF, DSP, NBRF)}
 _SHOWN: Final = ("simbench", "python", "numpy", "numba", "opencv")
 _TIMEOUT_S: Final = 600.0
 _MEMORY_MB: Final = 4096
@@ -69,6 +72,7 @@ def reproduce(
     command: str = "",
     jobs: int = 1,
     quick: bool = False,
+    only: Collection[str] = (),
     keep_sequences: bool = False,
     notes: str = "",
     progress: Progress | None = None,
@@ -91,6 +95,8 @@ def reproduce(
         Worker processes; 0 for none.
     quick : bool
         Run the quick grid of the study, on shortened scenarios.
+    only : collection of str
+        Names of the grids to run; empty for all.
     keep_sequences : bool
         Keep the films in the folder.
     notes : str
@@ -104,10 +110,8 @@ def reproduce(
         If there is no such paper, or the folder cannot be used.
     """
     stated = published(key)
-    if key not in STUDIES:
-        raise SimbenchError(f"{key}: expected one of {', '.join(STUDIES)}")
     study = STUDIES[key]
-    grids = (study.quick,) if quick else study.grids
+    grids = (study.quick,) if quick else _chosen(study, only)
     frames = study.quick_frames if quick else None
     for grid in grids:
         result = run_experiment(
@@ -134,6 +138,17 @@ def reproduce(
     with atomic_write(folder / f"{key}.md") as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Reproduction(stated, claims, folder / f"{key}.md", result)
+
+
+def _chosen(study: Study, only: Collection[str]) -> tuple[Grid, ...]:
+    known = [one.name for one in study.grids]
+    for name in only:
+        if name not in known:
+            raise SimbenchError(
+                f"--only: expected some of {', '.join(known)}, got {name!r}"
+                f"{did_you_mean(name, known)}"
+            )
+    return tuple(one for one in study.grids if not only or one.name in only)
 
 
 def _request(grid: Grid, seeds: tuple[int, ...], frames: int | None) -> Request:

@@ -11,7 +11,7 @@ from simbench.trackers.find_tracker import TrackerSpec, find_tracker
 
 __all__ = ["SETTINGS", "Setting", "TrackerEntry", "by_both", "found_specs", "missing"]
 
-Setting = Literal["paper", "ours", "ablation"]
+Setting = Literal["paper", "ours", "common", "ablation"]
 SETTINGS: Final[tuple[Setting, Setting]] = ("paper", "ours")
 """Those that every claim is judged in."""
 
@@ -24,7 +24,8 @@ class TrackerEntry:
     ----------
     name : str
         As the published tables name it; of an ablation, what was changed of which.
-    setting : {"paper", "ours", "ablation"}
+    setting : {"paper", "ours", "common", "ablation"}
+        ``common`` where there is one setting only.
     spec : str
         ``NAME[@PARAMETER=VALUE]...``, also its label: so its random numbers and
         results are those of ``simbench run`` with this tracker. Empty for a tracker

@@ -42,15 +42,18 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Trackers that all run on the same places.
+    """A part of a study: trackers that all run on the same places.
 
     Attributes
     ----------
+    name : str
+        By which the command line selects it.
     places : tuple of str
         Library scenarios, ``NAME`` or ``NAME@VARIANT``.
     entries : tuple of TrackerEntry
     """
 
+    name: str
     places: tuple[str, ...]
     entries: tuple[TrackerEntry, ...]
 

@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simbench.experiments.papers.judging import (
+from simbench.experiments.papers.claim_parts import (
     LEVEL,
     Part,
     difference_part,
-    judged,
     range_part,
     share_part,
 )
+from simbench.experiments.papers.judging import judged
 
 
 def _part(p_for: float = 0.5, p_against: float = 0.5, count: int = 20) -> Part:

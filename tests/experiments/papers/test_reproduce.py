@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-import pandas as pd
 import pytest
 
 from simbench.cli import execute
@@ -15,12 +14,11 @@ from simbench.experiments.papers.published_figures import published
 from simbench.experiments.papers.reproduce import STUDIES
 from tests.experiments.papers.test_instances import scores_of
 
-COLUMNS = instance_measures(scores_of([0.0, 0.0])).columns
-
 
 def nothing_measured(key: str) -> Measured:
-    table = pd.DataFrame({name: [] for name in COLUMNS})
-    scores = Scores(pd.DataFrame(), pd.DataFrame())
+    one = scores_of([0.0, 0.0])
+    scores = Scores(one.runs.iloc[:0], one.frames.iloc[:0])
+    table = instance_measures(one).iloc[:0]
     return Measured(STUDIES[key].entries, table, scores, (0,))
 
 
