@@ -95,7 +95,7 @@ def instance_measures(scores: Scores) -> pd.DataFrame:
         _KEYS, sort=False, dropna=False
     ).indices.items():
         row = scores.frames.iloc[index[0]][_KEYS].to_dict()
-        rows.append(row | _measures(of_frames.part(index)))
+        rows.append(row | _measures(of_frames.part(np.asarray(index))))
     table = pd.DataFrame(rows).merge(scores.runs[[*_KEYS, *columns]], on=_KEYS)
     places = map(place_name, table["scenario"], table["variant"])
     return table.assign(place=list(places))
