@@ -45,7 +45,8 @@ def test_same_seed_gives_the_same_bytes_and_another_seed_others(
     assert network.centres.shape == (6, 35)
     assert Network.from_arrays(arrays, "ours.linear.motion").centres.shape == (0, 9)
 
-    folders = sorted((tmp_path / "cache").rglob("ball-low-rate-1000?"))
+    (films,) = (tmp_path / "cache" / "simbench" / "training").iterdir()
+    folders = [films / f"ball-low-rate-{seed}" for seed in (10000, 10001)]
     made = read_recipe(recipe, NbrfRecipe)
     again, other = (
         pack_weights(train_nbrf(made, folders, seed, lambda *_: None))

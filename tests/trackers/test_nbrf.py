@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from simbench.core.box import Box, centers
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
-from simbench.trackers import nbrf
+from simbench.runtime.code_digest import _references
+from simbench.trackers import nbrf, sirbf
 from simbench.trackers.find_tracker import find_tracker
 from simbench.trackers.parts.weights_file import card_path
 from tests.trackers.clips import Clip, run_tracker
@@ -150,3 +151,9 @@ def test_networks_that_ship_learnt_from_training_seeds_alone() -> None:
     assert card["name"] == "nbrf"
     assert {"numpy", "simbench"} <= card["versions"].keys()
     assert nbrf.WEIGHTS.stat().st_size < 100_000
+
+
+def test_weights_enter_the_key_of_nbrf_and_of_no_other_filter() -> None:
+    package = "simbench.trackers.weights.nbrf"
+    assert package in _references(Path(nbrf.__file__))
+    assert package not in _references(Path(sirbf.__file__))
