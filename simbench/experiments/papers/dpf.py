@@ -59,11 +59,6 @@ ENTRIES: Final = (
         "both: the fair peer of pi/4",
     ),
     _entry(
-        "pi/4 without drift",
-        "directional-45-paper@drift=false",
-        "the gate alone, on a random walk",
-    ),
-    _entry(
         "condensation, ours, without drift",
         "condensation@drift=false",
         "our measurement on a random walk",

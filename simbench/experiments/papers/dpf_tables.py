@@ -26,11 +26,6 @@ _PAIRS: Final = (
         "condensation-paper@drift=true@particles=50",
         "the gate, at equal measurements",
     ),
-    (
-        "directional-45-paper@drift=false",
-        "condensation-paper",
-        "the gate without drift",
-    ),
     ("condensation-paper@warm_up_noise=0.3", "condensation-paper", "more noise"),
     ("directional-45", "condensation", "ours: what the gate gives"),
     ("directional-45", "condensation@particles=50", "ours, at equal measurements"),

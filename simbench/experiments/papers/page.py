@@ -70,6 +70,7 @@ def page(
         "## The claims one by one",
         *(_claim(stated, one) for one in _by_letter(claims)),
         *study.tables(measured),
+        *_changed(study),
         *_absent(study),
         "## Figures",
         *(
@@ -111,6 +112,19 @@ def _claim(stated: PublishedPaper, results: Sequence[ClaimResult]) -> str:
     ]
     table = table_text(["setting", "part", "n", "measured", "power"], rows)
     return "\n".join(lines) + "\n\n" + table
+
+
+def _changed(study: Study) -> list[str]:
+    """Return what the trackers are that are no setting of the paper's or ours."""
+    rows = [
+        (one.name, f"`{one.spec}`", one.note)
+        for one in study.entries
+        if one.setting == "ablation" and one.note
+    ]
+    if not rows:
+        return []
+    table = table_text(["tracker", "specification", "what it is here for"], rows)
+    return ["## What was changed\n\n" + table]
 
 
 def _absent(study: Study) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -78,11 +79,9 @@ def the_opposite(name: str, spec: str, place: str) -> Behaviour:
     return Behaviour()
 
 
-@pytest.fixture(scope="module")
-def worlds() -> dict[str, Measured]:
-    return {
-        key: planted(of, tuple(SEEDS[key]), by_the_paper) for key, of in STUDIES.items()
-    }
+@cache
+def world(key: str) -> Measured:
+    return planted(STUDIES[key], tuple(SEEDS[key]), by_the_paper)
 
 
 def verdicts(m: Measured, key: str, setting: str) -> dict[str, str]:
@@ -90,43 +89,43 @@ def verdicts(m: Measured, key: str, setting: str) -> dict[str, str]:
     return {one.letter: one.verdict for one in found if one.setting == setting}
 
 
-def test_planted_claims_of_dpf_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["dpf"], "dpf", "paper")
+def test_planted_claims_of_dpf_hold() -> None:
+    found = verdicts(world("dpf"), "dpf", "paper")
     assert set(found.values()) == {"holds"}
 
 
-def test_planted_opposites_of_dpf_do_not_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["dpf"], "dpf", "ours")
+def test_planted_opposites_of_dpf_do_not_hold() -> None:
+    found = verdicts(world("dpf"), "dpf", "ours")
     assert {found[one] for one in ("a", "b", "c", "e", "g")} == {"does not hold"}
 
 
-def test_planted_claims_of_dsp_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["dsp"], "dsp", "paper")
+def test_planted_claims_of_dsp_hold() -> None:
+    found = verdicts(world("dsp"), "dsp", "paper")
     assert {found[one] for one in ("a", "b", "d1", "d2")} == {"holds"}
     # the deep trackers are not built here: a claim about them can only be refuted
     assert found["c"] == "open"
 
 
-def test_planted_opposites_of_dsp_do_not_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["dsp"], "dsp", "ours")
+def test_planted_opposites_of_dsp_do_not_hold() -> None:
+    found = verdicts(world("dsp"), "dsp", "ours")
     assert {found[one] for one in ("a", "c", "d1")} == {"does not hold"}
 
 
-def test_planted_claims_of_nbrf_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["nbrf"], "nbrf", "paper")
+def test_planted_claims_of_nbrf_hold() -> None:
+    found = verdicts(world("nbrf"), "nbrf", "paper")
     assert found == dict.fromkeys(found, "holds")
 
 
-def test_planted_opposites_of_nbrf_do_not_hold(worlds: dict[str, Measured]) -> None:
-    found = verdicts(worlds["nbrf"], "nbrf", "ours")
+def test_planted_opposites_of_nbrf_do_not_hold() -> None:
+    found = verdicts(world("nbrf"), "nbrf", "ours")
     assert found == dict.fromkeys(found, "does not hold")
 
 
 @pytest.mark.parametrize("key", STUDIES)
 def test_page_shows_published_and_measured_rows_and_its_figures(
-    worlds: dict[str, Measured], key: str, tmp_path: Path
+    key: str, tmp_path: Path
 ) -> None:
-    study, stated, m = STUDIES[key], published(key), worlds[key]
+    study, stated, m = STUDIES[key], published(key), world(key)
     if key == "nbrf" and missing(study.entries):
         pytest.skip("sirbf and nbrf are not registered")
 
