@@ -140,11 +140,13 @@ def _add_glow(light, x, y, core, colour, halo):  # type: ignore[no-untyped-def]
     for row in range(top, bottom):
         for column in range(left, right):
             square = (column + 0.5 - x) ** 2 + (row + 0.5 - y) ** 2
-            shape = _SKIRT / (1.0 + square / wide**2) ** 1.5
+            spread = 1.0 + square / wide**2
+            shape = _SKIRT / (spread * math.sqrt(spread))
             if square < 16.0 * core**2:
                 shape += math.exp(-0.5 * square / core**2)
             if halo > 0.0:
-                shape += halo / (1.0 + square / hazy**2) ** 1.5
+                spread = 1.0 + square / hazy**2
+                shape += halo / (spread * math.sqrt(spread))
             for channel in range(3):
                 light[row, column, channel] += shape * colour[channel]
 

@@ -115,8 +115,12 @@ def draw_rain(
     length = np.linalg.norm(last - first, axis=-1)
     opacity = _OPACITY * np.minimum(size_px, 1.0) * size_px / np.maximum(length, 1e-6)
     opacity = np.minimum(opacity, _MAX_OPACITY)
-    shown = np.flatnonzero(np.isfinite(length) & (opacity > _MIN_OPACITY))
-    lines = np.stack([first, last], axis=1)[shown]
+    room = 4.0  # the widest line, and its soft edge
+    beyond = np.array([camera.width, camera.height]) + room
+    is_near = (np.maximum(first, last) > -room) & (np.minimum(first, last) < beyond)
+    is_shown = np.isfinite(length) & (opacity > _MIN_OPACITY)
+    shown = np.flatnonzero(is_shown & is_near[:, 0] & is_near[:, 1])
+    lines = np.stack([first[shown], last[shown]], axis=1)
     alpha = _streaks(image.shape[:2], lines, size_px[shown], opacity[shown])
     bright = cv2.resize(image, (4, 3), interpolation=cv2.INTER_AREA).max(axis=(0, 1))
     around = np.array(cv2.mean(image)[:3])
@@ -153,8 +157,8 @@ def _blend(image, alpha, colour):  # type: ignore[no-untyped-def]  # compiled by
     result = image.copy()
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
-            share = alpha[row, column] / 255.0
-            if share > 0.0:
+            if alpha[row, column]:
+                share = alpha[row, column] / 255.0
                 for channel in range(3):
                     level = image[row, column, channel]
                     level += share * (colour[channel] - level)

@@ -29,6 +29,8 @@ _BEAM_M, _SPREAD_M, _TAIL_M = 70.0, 16.0, 9.0
 _MOST_THIN = 7.0
 """Light below exp(-7), a thousandth of a beam, is none."""
 _STREET_M, _STRETCH = 40.0, 1.4
+_ROOM_M = 3.5
+"""Farthest that a camera is from its place in the map, and a texel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +161,22 @@ class LampMap:
         self._move_to(camera)
         np.copyto(self.texels, self._unmoved)
         local = self._to_map_frame(beams[:, :2], beams[:, 2])
-        _add_beams(self.texels, np.column_stack([local, beams[:, 3]]))
+        slope = self._half_view(camera)
+        _add_beams(self.texels, np.column_stack([local, beams[:, 3]]), slope)
+
+    def _half_view(self, camera: Camera) -> float:
+        """Return how far aside of the axis a camera sees, per metre ahead.
+
+        Infinite where it looks down so steeply that it sees what is behind.
+        """
+        x, y = camera.width, camera.height
+        corners = np.array([[0, 0, 1], [x, 0, 1], [0, y, 1], [x, y, 1]])
+        rays = np.linalg.solve(camera.matrix, corners.T).T @ camera.rotation
+        ahead = rays @ self.axis
+        aside = rays[:, 1] * self.axis[0] - rays[:, 0] * self.axis[1]
+        if ahead.min() <= 0.0:
+            return math.inf
+        return float(np.max(np.abs(aside) / ahead))
 
     def _move_to(self, camera: Camera) -> None:
         """Move the map with the camera, in steps: street lamps are drawn rarely."""
@@ -198,8 +215,11 @@ class LampMap:
 
 
 @numba.njit(cache=True)
-def _add_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by numba
-    """Add low beams and tail lamps; beams: column [m], row [m], cos, sin, half [m]."""
+def _add_beams(texels, beams, slope):  # type: ignore[no-untyped-def]  # compiled
+    """Add low beams and tail lamps; beams: column [m], row [m], cos, sin, half [m].
+
+    Nothing is added where a view, of ``slope`` metres aside per metre ahead, ends.
+    """
     rows, columns = texels.shape[:2]
     for number in range(len(beams)):
         u, v, cos, sin, half = beams[number]
@@ -212,7 +232,12 @@ def _add_beams(texels, beams):  # type: ignore[no-untyped-def]  # compiled by nu
         low, high = int((y - wide) / _TEXEL_M), int((y + wide) / _TEXEL_M) + 1
         for row in range(max(low, 0), min(high, rows)):
             dy = (row + 0.5) * _TEXEL_M - v
-            for column in range(max(first, 0), min(last, columns)):
+            begin = first
+            if slope < math.inf:
+                off = max(abs((row + 0.5) * _TEXEL_M - _ASIDE_M) - _ROOM_M, 0.0)
+                sees = int((_BEHIND_M + off / slope - _ROOM_M) / _TEXEL_M)
+                begin = max(first, sees)
+            for column in range(max(begin, 0), min(last, columns)):
                 dx = (column + 0.5) * _TEXEL_M - u
                 ahead = cos * dx + sin * dy - half
                 aside = cos * dy - sin * dx

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -184,6 +184,24 @@ class TestLampMap:
         assert ahead[1] > 0.3 > _light_at(lamps, 45, 0)[1]
         assert ahead[3] == pytest.approx(ahead[1], rel=1e-3)
         assert behind[2] > 0.5 > _light_at(lamps, 55, 0)[2]
+
+    @pytest.mark.parametrize("down", [0.1, 0.6, 1.4])
+    def test_beams_reach_all_that_a_camera_sees(self, down: float) -> None:
+        eye = np.array([1.9, -1.9, 9.0])
+        look = eye + [np.cos(down), 0.01, -np.sin(down)]
+        camera = Camera.look_at(eye, look, fov_rad=0.9, width=160, height=120)
+        x, y = np.meshgrid(np.arange(-30.0, 80.0, 1.0), np.arange(-40.0, 40.0, 1.0))
+        points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+        pixels, _ = camera.project(points)
+        seen = np.all((pixels >= 0.0) & (pixels <= [160, 120]), axis=1)
+        assert seen.any()
+        beams = np.array([[-20.0, 0.0, 0.0, 2.0], [60.0, 0.0, np.pi, 2.0]])
+        lamps, every = LampMap(_street()), LampMap(_street())
+        lamps.update(camera, beams)
+        every.update(replace(camera, width=10**6), beams)
+        for point in points[seen]:
+            expected = _light_at(every, *point[:2])
+            assert _light_at(lamps, *point[:2]) == pytest.approx(expected)
 
     def test_a_street_lamp_shines_full_below_and_by_the_inverse_square_aside(
         self,
