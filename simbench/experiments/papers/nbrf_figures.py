@@ -23,8 +23,8 @@ __all__ = ["draw"]
 Floats = NDArray[np.float64]
 _CLOUD_FRAME: Final = 6
 _BY_FRAME: Final = {
-    "4": ("ball-low-rate", (("sirbf", 100), ("sirbf", 1000), ("nbrf", 100))),
-    "5": (
+    "Figure 4": ("ball-low-rate", (("sirbf", 100), ("sirbf", 1000), ("nbrf", 100))),
+    "Figure 5": (
         "ball-low-rate",
         (
             ("sirbf", 100),
@@ -36,11 +36,11 @@ _BY_FRAME: Final = {
             ("nbrf", 100),
         ),
     ),
-    "6 and 7": (
+    "Figures 6 and 7": (
         "ball-bounce",
         (("sirbf", 150), ("sirbf", 1000), ("nbrf", 150), ("nbrf", 10)),
     ),
-    "8": ("ball-both", (("sirbf", 100), ("nbrf", 100))),
+    "Figure 8": ("ball-both", (("sirbf", 100), ("nbrf", 100))),
 }
 
 
@@ -175,8 +175,8 @@ def _by_frame(
         ),
     ]
     caption = (
-        f"Figure {figure}, {setting}: distance by frame on {film}, in longer sides of "
+        f"{figure}, {setting}: distance by frame on {film}, in longer sides of "
         f"the target, at most {FAR_SIDES:g}."
     )
-    name = f"figure-{figure.replace(' ', '-')}-{setting}"
+    name = f"{figure.lower().replace(' ', '-')}-{setting}"
     return Drawing(name, chart(caption, panels), caption)
