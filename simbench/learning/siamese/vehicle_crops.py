@@ -88,7 +88,7 @@ def cached_crops(
     else:
         found = _all_crops(folders, choice, progress)
         with atomic_write(path) as temporary, temporary.open("wb") as file:
-            np.savez(file, allow_pickle=False, **found)
+            np.savez(file, **found)
     with np.load(path, allow_pickle=False) as kept:
         return VehicleCrops(**kept, digest=key, cache=cache)
 
