@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import simbench.trackers.weights.siamfc as shipped
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.siamese_network import KERNELS, SiameseNetwork
-from simbench.trackers.parts.weights_file import pack_weights
+from simbench.trackers.parts.weights_file import card_path, pack_weights
 from simbench.trackers.siamfc import SiamFc
 from tests.trackers.clips import (
     Clip,
@@ -148,3 +149,26 @@ def test_weights_of_another_digest_or_network_are_refused(tmp_path: Path) -> Non
 def test_weights_and_their_card_enter_the_key_of_results(weights: str) -> None:
     names = [path.name for path in SiamFc(weights=weights).data_files]
     assert names == ["w.npz", "w.json"]
+
+
+def test_shipped_weights_are_small_and_described_by_their_card() -> None:
+    path = Path(shipped.__file__).with_name("weights.npz")
+    card = json.loads(card_path(path).read_text())
+    assert path.stat().st_size == card["bytes"] <= 1_000_000
+    assert card["name"] == "siamfc"
+    assert min(card["recipe"]["films"]["seeds"]) >= 10_000
+    assert not card["commit"].endswith("-dirty")
+
+
+def test_shipped_network_passes_a_car_of_the_same_kind(crossing: Clip) -> None:
+    other = straight(30, (150, 200), (-1.0, -1.0))
+    clip = render_clip(
+        straight(30, (60, 150), (3.0, 0.5)), np.full(30, 50.0), distractor=other
+    )
+    assert success(run_tracker(SiamFc(), clip), clip) > 0.95
+
+
+def test_confidence_of_the_shipped_network_falls_where_the_target_is_gone(
+    crossing: Clip,
+) -> None:
+    require_doubt_where_gone(SiamFc(), crossing, 10)
