@@ -15,12 +15,12 @@ from simbench.trackers.parts.affine_patches import (
     bounded,
     box_of,
     grey_patches,
-    random_walk,
     side_limits,
     state_of,
 )
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.subspace import Subspace
+from simbench.trackers.parts.transitions import brownian
 
 __all__ = ["Ivt"]
 
@@ -106,12 +106,12 @@ class Ivt:
         )
         self._subspace.learn(self._patches(frame.image, state[None]))
         self._kept: list[NDArray[np.float32]] = []
-        random_walk(self._states[:1], self._noise(), np.random.default_rng(0))
+        brownian(self._states[:1], self._noise(), np.random.default_rng(0))
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
         ancestors = self._states[systematic(self._weights, self._rng)]
-        moved = random_walk(ancestors, self._noise(), self._rng)
+        moved = brownian(ancestors, self._noise(), self._rng)
         self._states = bounded(moved, self._sides, self._extent)
         patches = self._patches(frame.image, self._states)
         distances = self._distances(patches)

@@ -17,12 +17,12 @@ from simbench.trackers.parts.affine_patches import (
     bounded,
     box_of,
     grey_patches,
-    random_walk,
     side_limits,
     state_of,
 )
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.sparse_coding import SparseCode, sparse_code
+from simbench.trackers.parts.transitions import brownian
 
 __all__ = ["L1Apg"]
 
@@ -117,7 +117,7 @@ class L1Apg:
         self._states = np.tile(self._state, (self.particles, 1, 1))
         self._extent = np.array(frame.image.shape[1::-1], np.float64)
         self._sides = side_limits(self._state)
-        near = random_walk(
+        near = brownian(
             np.tile(self._state, (self.templates, 1, 1)),
             np.array([0.0, 0.0, 0.0, 0.0, FIRST_NOISE, FIRST_NOISE]),
             rng,
@@ -130,7 +130,7 @@ class L1Apg:
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
-        moved = random_walk(self._states, self._noise(), self._rng)
+        moved = brownian(self._states, self._noise(), self._rng)
         self._states = bounded(moved, self._sides, self._extent)
         patches = self._patches(frame.image, self._states)
         order, likelihood, code = self._code_in_order(patches)

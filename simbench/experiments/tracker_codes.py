@@ -65,7 +65,10 @@ def tracker_codes(
     limit_s = min(timeout_s, _LIMIT_S)
     foreign = [one for one in listed if not one.is_builtin]
     facts = {
-        one.label: {"module": type(one.make()).__module__, "data": {}}
+        one.label: {
+            "module": type(one.make()).__module__,
+            "data": _digests(one.label, _own_files(_texts(one))),
+        }
         for one in listed
         if one.is_builtin
     }
@@ -136,15 +139,24 @@ def _facts(tracker: TrackerSpec) -> dict[str, Any]:
         ) from None
     finally:
         is_watching = False
-    named = [one for one in tracker.parameters.values() if isinstance(one, str)]
-    paths = {*_own_files(opened), *_own_files(named), *map(Path, declared)}
+    named = _own_files(_texts(tracker))
+    paths = {*_own_files(opened), *named, *map(Path, declared)}
+    data = _digests(tracker.label, paths)
+    return {"module": type(made).__module__, "data": data}
+
+
+def _texts(tracker: TrackerSpec) -> list[str]:
+    """Return the parameters that may name files."""
+    return [one for one in tracker.parameters.values() if isinstance(one, str)]
+
+
+def _digests(label: str, paths: Iterable[Path]) -> dict[str, str]:
     try:
-        data = {str(path): _file_digest(path) for path in sorted(paths)}
+        return {str(path): _file_digest(path) for path in sorted(paths)}
     except OSError as error:
         raise TrackerError(
-            f"tracker {tracker.label}: {error.filename}: {error.strerror}"
+            f"tracker {label}: {error.filename}: {error.strerror}"
         ) from None
-    return {"module": type(made).__module__, "data": data}
 
 
 def _own_files(names: Iterable[str]) -> Iterator[Path]:

@@ -141,7 +141,7 @@ def test_size_does_not_run_away_where_nothing_tells_it() -> None:
 
 def test_paper_setting_accepts_and_learns_what_the_swarm_finds(crossing: Clip) -> None:
     tracker = dsp_paper(particles=10)
-    assert tracker.appearance == "machine"
+    assert tracker.appearance == "encoder"
     found = estimates(tracker, crossing, 5)
     confidences = [estimate.confidence or 0.0 for estimate in found]
     assert all(0.0 <= confidence <= 1.0 for confidence in confidences)
@@ -154,7 +154,10 @@ def test_paper_setting_accepts_and_learns_what_the_swarm_finds(crossing: Clip) -
     [
         ({"particles": 0}, "particles must be at least 1"),
         ({"least_noise": 0.0}, r"least_noise must be in \(0, 1\]"),
-        ({"appearance": "deep"}, "appearance must be templates or machine, got deep"),
+        (
+            {"appearance": "deep"},
+            "appearance must be templates, machine or encoder, got deep",
+        ),
     ],
 )
 def test_bad_parameter_is_refused(parameters: dict[str, Any], message: str) -> None:

@@ -1,4 +1,4 @@
-"""Grey patches of a frame under affine states, and random walks of such states."""
+"""Grey patches of a frame under affine states, and bounds of such states."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.box import Box
-from simbench.trackers.parts.affine_group import compose, exp
 
 __all__ = [
     "bounded",
     "box_of",
     "grey_patches",
-    "random_walk",
     "side_limits",
     "state_of",
 ]
@@ -57,28 +55,6 @@ def side_limits(
     """
     sides = np.array([state[0, 0], state[1, 1]])
     return np.maximum(SCALE_RANGE[0] * sides, MIN_SIDE_PX), SCALE_RANGE[1] * sides
-
-
-def random_walk(
-    states: NDArray[np.float64],
-    deviations: NDArray[np.float64],
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Return states with Gaussian noise on the six modes of the affine group.
-
-    Parameters
-    ----------
-    states : (N, 2, 3) float, px
-    deviations : (6,) float
-        Standard deviations of scale, aspect, rotation, shear, x and y; the last two
-        in sides of the target.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    (N, 2, 3) float, px
-    """
-    return compose(states, exp(rng.standard_normal((len(states), 6)) * deviations))
 
 
 def bounded(

@@ -9,17 +9,12 @@ from numpy.typing import NDArray
 
 from simbench.trackers.parts.affine_group import compose, exp
 from simbench.trackers.parts.colour_posterior import ColourPosterior
-from simbench.trackers.parts.extreme_learning import ExtremeLearningMachine
-from simbench.trackers.parts.patches import Region, gradient_patches, grey_patches
+from simbench.trackers.parts.patches import Region, gradient_patches
 
-__all__ = ["Appearance", "MachineAppearance", "TemplateAppearance"]
+__all__ = ["Appearance", "TemplateAppearance"]
 
 TEMPLATE_SIDE = 12
 FULL_CORRELATION = 0.8  # with the template, of a well-placed state some frames later
-MACHINE_SIDE = 32  # px (DSP, section 3.3)
-LABEL_SD = 0.25  # boxes: fall-off of the label, wide enough to give a gradient
-FIRST_PATCHES, LATER_PATCHES = 400, 60
-RIDGE, MEMORY = 0.1, 0.9
 AROUND = np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])  # a state that reaches further
 FAR_AROUND = 2.5 * AROUND  # the states that colour is tried on in the first frame
 
@@ -167,71 +162,3 @@ class TemplateAppearance(Appearance):
         blend += (1.0 - self._first_share) * self._template
         norm = max(float(np.linalg.norm(blend)), 1e-6)
         self._matched = (blend / (norm * FULL_CORRELATION)).astype(np.float32)
-
-
-class MachineAppearance(Appearance):
-    """Extreme learning machine on normalised grey patches, the paper's layer.
-
-    Parameters
-    ----------
-    image : (H, W, 3) uint8, RGB
-        First frame.
-    state : (2, 3) float, px
-        The target there: maps the unit square [-0.5, 0.5]^2 to the image.
-    hidden : int
-        Hidden units of the machine.
-    rng : numpy.random.Generator
-        Source of the hidden layer and of the training offsets.
-
-    References
-    ----------
-    Jati, Gunawan et al., "Dynamic swarm particle for fast motion vehicle tracking",
-    ETRI Journal 2020 (DSP), section 3.3. Patches go to the machine directly, where
-    the paper uses a trained auto-encoder first.
-    """
-
-    def __init__(
-        self,
-        image: NDArray[np.uint8],
-        state: NDArray[np.float64],
-        *,
-        hidden: int,
-        rng: np.random.Generator,
-    ) -> None:
-        super().__init__(MACHINE_SIDE)
-        self._rng = rng
-        self._machine = ExtremeLearningMachine(
-            MACHINE_SIDE**2, hidden=hidden, ridge=RIDGE, memory=MEMORY, rng=rng
-        )
-        self.look_at(image, state)
-        self._train(state, FIRST_PATCHES)
-
-    def confidences(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N,) confidences in [0, 1] of (N, 2, 3) states, and count them."""
-        self.evaluations += len(states)
-        patches = grey_patches(self._covering(states), states, self._side)
-        return np.asarray(np.clip(self._machine.predict(patches), 0.0, 1.0))
-
-    def learn(self, state: NDArray[np.float64]) -> None:
-        """Train the machine on patches at, around and away from a reliable state."""
-        self._train(state, LATER_PATCHES)
-
-    def learn_background(self, state: NDArray[np.float64]) -> None:
-        """Learn nothing: the paper's machine learns both at once."""
-
-    def _train(self, state: NDArray[np.float64], count: int) -> None:
-        """Train the machine on patches on, around and away from a state.
-
-        A third each is sampled with a standard deviation of 0.1, 0.5 and 2 boxes; the
-        label is a Gaussian of the distance in boxes and in log size.
-        """
-        spreads = np.resize([0.1, 0.5, 2.0], count)
-        offsets = np.zeros((count, 6))
-        offsets[:, 4:] = self._rng.standard_normal((count, 2)) * spreads[:, None]
-        offsets[:, 0] = self._rng.standard_normal(count) * np.minimum(spreads, 0.3)
-        offsets[0] = 0.0
-        squared = np.sum(offsets[:, 4:] ** 2, axis=1) + (2.0 * offsets[:, 0]) ** 2
-        labels = np.exp(-squared / (2.0 * LABEL_SD**2))
-        states = compose(state, exp(offsets))
-        patches = grey_patches(self._covering(states), states, self._side)
-        self._machine.learn(patches, labels)

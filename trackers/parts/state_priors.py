@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["clipped", "prior_losses"]
+__all__ = ["clipped", "prior_losses", "sides_of"]
 
 
 def prior_losses(
@@ -38,6 +38,11 @@ def prior_losses(
     """
     result: NDArray[np.float64] = _losses(states, expected, predicted, sides, priors)
     return result
+
+
+def sides_of(states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (..., 2) lengths of the two sides of (..., 2, 3) states, px."""
+    return np.asarray(np.hypot(states[..., 0, :2], states[..., 1, :2]))
 
 
 def clipped(

@@ -56,6 +56,13 @@ class Swarm:
         """Confidence of the best state."""
         return float(self.best_confidences.max())
 
+    @property
+    def cloud(self) -> NDArray[np.float64]:
+        """The best states as (N, 3): x, y in px and normalised confidence."""
+        total = max(float(self.best_confidences.sum()), 1e-12)
+        places = self.best_states[:, :, 2]
+        return np.column_stack([places, self.best_confidences / total])
+
     def move(
         self, *, inertia: float, own: float, common: float, rng: np.random.Generator
     ) -> None:
@@ -87,11 +94,19 @@ class Swarm:
         """
         best = self.best
         offsets = log_between(best[None], self.best_states)
-        weights = np.exp((self.best_confidences - self.best_confidence) / width)
+        weights = self._likelihoods(width)
         weights *= np.hypot(offsets[:, 4], offsets[:, 5]) < NEAR
         step = weights @ offsets / weights.sum()
         mean: NDArray[np.float64] = moved(best[None], step[None])[0]
         return mean
+
+    def weights(self, width: float) -> NDArray[np.float64]:
+        """Return the (N,) weights ``exp((c - max c) / width)``, which sum to 1."""
+        weights = self._likelihoods(width)
+        return np.asarray(weights / weights.sum())
+
+    def _likelihoods(self, width: float) -> NDArray[np.float64]:
+        return np.exp((self.best_confidences - self.best_confidence) / width)
 
     def remember(self, confidences: NDArray[np.float64]) -> None:
         """Update the best states with the (N,) confidences of the current states."""

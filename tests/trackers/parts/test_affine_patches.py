@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from simbench.core.box import Box
@@ -11,7 +10,6 @@ from simbench.trackers.parts.affine_patches import (
     bounded,
     box_of,
     grey_patches,
-    random_walk,
     state_of,
 )
 
@@ -67,15 +65,6 @@ def test_patches_do_not_depend_on_the_others() -> None:
     together = grey_patches(image, states, (12, 12))
     alone = [grey_patches(image, state[None], (12, 12))[0] for state in states]
     np.testing.assert_allclose(together, alone, atol=2e-3)
-
-
-def test_random_walk_has_the_asked_deviations() -> None:
-    states = np.tile(state_of(Box(20.0, 10.0, 40.0, 20.0)), (4000, 1, 1))
-    deviations = np.array([0.02, 0.0, 0.0, 0.0, 0.1, 0.1])
-    moved = random_walk(states, deviations, np.random.default_rng(1))
-    spread = moved[:, :, 2].std(axis=0)  # 0.1 of 40 and of 20 px, within 4 s.e.
-    np.testing.assert_allclose(spread, [4.0, 2.0], rtol=0.05)
-    assert np.log(moved[:, 0, 0] / 40.0).std() == pytest.approx(0.02, rel=0.05)
 
 
 def test_bounded_states_keep_their_direction() -> None:

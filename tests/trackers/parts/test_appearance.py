@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from simbench.core.box import Box
 from simbench.trackers.parts.appearance import (
     Appearance,
-    MachineAppearance,
     TemplateAppearance,
 )
+from simbench.trackers.parts.machine_appearance import MachineAppearance
 from tests.trackers.clips import Clip, render_clip, straight
 
 SETTING = {
