@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import functools
 import importlib
 import inspect
 import typing
@@ -18,7 +17,12 @@ import yaml
 from simbench.core.errors import TrackerError, one_line
 from simbench.core.text import did_you_mean
 from simbench.core.tracker import Tracker
-from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.opencv import OpenCvTracker, opencv_factory
+from simbench.trackers.parts.opencv_build import (
+    canonical_name,
+    described,
+    opencv_tracker_names,
+)
 
 __all__ = [
     "ENTRY_POINT_GROUP",
@@ -104,8 +108,9 @@ def find_tracker(spec: str) -> TrackerSpec:
     ----------
     spec : str
         NAME is an entry point of the group ``simbench.trackers``, ``module:Class``, or
-        a tracker of OpenCV as ``opencv:KCF`` or ``KCF``. Values are read as YAML:
-        numbers, true and false, or text. Without LABEL, the label is the whole spec.
+        a tracker of OpenCV as ``opencv:kcf`` (in any case) or ``KCF``. Values are read
+        as YAML: numbers, true and false, or text. Without LABEL, the label is the whole
+        spec.
 
     Returns
     -------
@@ -142,7 +147,8 @@ def list_trackers() -> dict[str, str]:
     -------
     dict from str to str
         Entry points first, sorted, then OpenCV's; the line is the first of the
-        docstring, or the reason why the tracker cannot be loaded.
+        docstring, or the reason why the tracker cannot be loaded. Those of OpenCV that
+        this build lacks, or that need weights, are listed with what they need.
 
     Examples
     --------
@@ -158,8 +164,8 @@ def list_trackers() -> dict[str, str]:
             raise
         except BaseException as error:  # a broken plug-in must not hide the others
             descriptions[name] = f"cannot be loaded: {one_line(error)}"
-    for name in opencv_tracker_names():
-        descriptions[_OPENCV_PREFIX + name] = f"OpenCV's {name}, default parameters."
+    for name, line in described().items():
+        descriptions[_OPENCV_PREFIX + name] = line
     return descriptions
 
 
@@ -217,8 +223,11 @@ def _setting(text: str, spec: str) -> tuple[str, Any]:
 
 
 def _resolved(name: str) -> str:
-    """Return a name with the prefix added to a bare name of OpenCV's."""
-    if name in _entries() or ":" in name:
+    """Return a name of OpenCV's with its prefix and spelling, others as they are."""
+    prefix, colon, rest = name.partition(":")
+    if prefix.lower() + colon == _OPENCV_PREFIX:
+        return _OPENCV_PREFIX + canonical_name(rest)
+    if name in _entries() or colon:
         return name
     if name in opencv_tracker_names():
         return f"{_OPENCV_PREFIX}{name}"
@@ -233,7 +242,7 @@ def _factory(name: str) -> Callable[..., Any]:
     """Return the callable that makes the tracker of a resolved name."""
     entry = _entries().get(name)
     if entry is None and name.startswith(_OPENCV_PREFIX):
-        return functools.partial(OpenCvTracker, name.removeprefix(_OPENCV_PREFIX))
+        return opencv_factory(name.removeprefix(_OPENCV_PREFIX))
     factory: Callable[..., Any]
     try:
         if entry is not None:

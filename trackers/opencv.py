@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
+import inspect
+import math
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
 from simbench.core.box import Box
-from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
+from simbench.trackers.parts.opencv_build import WEIGHTS, canonical_name, creator
 
-__all__ = ["OpenCvTracker", "opencv_tracker_names"]
+__all__ = ["OpenCvTracker", "opencv_factory"]
 
 MIN_SIDE_PX = 16  # in a smaller box MIL never finishes placing its features
 MARGIN_PX = 8  # MIL also samples negative examples beside the target
-# Trackers that need a network file cannot be made from their name alone.
-_NEED_MODELS = {"DaSiamRPN", "GOTURN", "Nano", "Vit"}
-
-
-def opencv_tracker_names() -> list[str]:
-    """Return the names of the trackers in this build of OpenCV, sorted.
-
-    Returns
-    -------
-    list of str
-        As ``MIL``; those of the legacy module as ``legacy.MOSSE``, where the main
-        module lacks them. The plain wheel has ``MIL`` alone; ``KCF``, ``CSRT`` and the
-        legacy ones come with opencv-contrib.
-    """
-    names = _names_in(cv2) - _NEED_MODELS
-    legacy = _names_in(getattr(cv2, "legacy", None))
-    return sorted(names) + sorted(f"legacy.{name}" for name in legacy - names)
 
 
 class OpenCvTracker:
@@ -41,25 +28,39 @@ class OpenCvTracker:
     Parameters
     ----------
     name : str
-        One of `opencv_tracker_names`, the prefix ``legacy.`` optional where the main
-        module has no tracker of that name.
+        As ``mil``, ``kcf`` or ``nano``, in any case; the prefix ``legacy.`` is
+        optional where the main module has no tracker of that name.
+    backbone, neckhead : str
+        Of ``nano``: its weights, ONNX files.
+    net : str
+        Of ``vit``: the same.
+    model, kernel_cls1, kernel_r1 : str
+        Of ``dasiamrpn``: the same.
+
+    Attributes
+    ----------
+    data_files : tuple of Path
+        The weights, whose digests enter the key of results.
 
     Raises
     ------
     TrackerError
-        If the installed build has no such tracker.
+        If the installed build has no such tracker, or weights are missing or broken.
 
     Notes
     -----
     In a frame in which OpenCV reports a failure the last box is repeated with
-    confidence 0; otherwise confidence is 1, since that is all they say. Runs are
-    reproducible for trackers that use OpenCV's generator or no randomness; MIL seeds
-    its features from the clock, so that two runs of it may differ.
+    confidence 0. Otherwise confidence is the score of trackers on networks, and 1 of
+    others, since that is all they say. Runs are reproducible for trackers that use
+    OpenCV's generator or no randomness; MIL seeds its features from the clock, so that
+    two runs of it may differ.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self._create = _creator(name)
+    def __init__(self, name: str, **weights: str) -> None:
+        self.name = canonical_name(name)
+        self._create = creator(self.name, weights)
+        vars(self).update(weights)  # parameters are stored under their names
+        self.data_files = tuple(Path(path) for path in weights.values())
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -74,33 +75,31 @@ class OpenCvTracker:
         found, row = self._tracker.update(_to_bgr(frame))
         if found and np.all(np.isfinite(row)):
             self._box = Box.from_array(row)
-            return Estimate(self._box, confidence=1.0)
+            return Estimate(self._box, confidence=self._confidence())
         return Estimate(self._box, confidence=0.0)
 
-
-def _names_in(module: Any) -> set[str]:
-    """Return X for every class TrackerX of a module that can be created."""
-    return {
-        name.removeprefix("Tracker")
-        for name in dir(module)
-        if name.startswith("Tracker") and hasattr(getattr(module, name), "create")
-    }
+    def _confidence(self) -> float:
+        """Return the score of a tracker that has one, else 1."""
+        if self.name not in WEIGHTS:
+            return 1.0
+        score = float(self._tracker.getTrackingScore())
+        return min(max(score, 0.0), 1.0) if math.isfinite(score) else 0.0
 
 
-def _creator(name: str) -> Any:  # Any: OpenCV's stubs lack the legacy module
-    plain = name.removeprefix("legacy.")
-    modules = [getattr(cv2, "legacy", None)]
-    if plain == name:
-        modules.insert(0, cv2)
-    for module in modules:
-        create = getattr(getattr(module, f"Tracker{plain}", None), "create", None)
-        if create is not None and plain not in _NEED_MODELS:
-            return create
-    known = ", ".join(opencv_tracker_names()) or "none"
-    raise TrackerError(
-        f"OpenCV {cv2.__version__} as installed has no tracker {plain!r}; it has: "
-        f"{known} (KCF, CSRT and others come with opencv-contrib-python-headless)"
+def opencv_factory(name: str) -> Callable[..., OpenCvTracker]:
+    """Return what makes a tracker of OpenCV; its signature names the weights."""
+
+    def make(**weights: str) -> OpenCvTracker:
+        return OpenCvTracker(name, **weights)
+
+    files = WEIGHTS.get(canonical_name(name), {})
+    make.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [
+            inspect.Parameter(one, inspect.Parameter.KEYWORD_ONLY, default="")
+            for one in files
+        ]
     )
+    return make
 
 
 def _to_bgr(frame: Frame) -> Any:  # Any: OpenCV's stubs define their own arrays

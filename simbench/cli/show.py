@@ -111,12 +111,12 @@ def _is_tracker(name: str) -> bool:
             note = f"simbench: note: for the tracker {head} pass --tracker"
             print_line(Console(stderr=True), note)
         return False
-    if head.endswith((".yaml", ".yml")) or "/" in name:
+    if head.endswith((".yaml", ".yml")) or "/" in head:
         return False
     if tracker in trackers or ":" in tracker:
         return True
 
-    from simbench.trackers.opencv import opencv_tracker_names
+    from simbench.trackers.parts.opencv_build import opencv_tracker_names
 
     if tracker in opencv_tracker_names():
         return True

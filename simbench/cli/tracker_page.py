@@ -45,8 +45,11 @@ def print_tracker(console: Console, spec: str) -> None:
     kind = type(tracker)
     sections = numpydoc_sections(inspect.getdoc(kind) or "")
     summary, _, more = sections[""].partition("\n\n")
-    description = list_trackers().get(found.name, " ".join(summary.split()))
-    print_line(console, f"{found.name}: {description or 'no description'}")
+    known = list_trackers()
+    name = found.name if found.name in known else found.name.lower()  # of OpenCV
+    name = name if name in known else found.name
+    description = known.get(name, " ".join(summary.split()))
+    print_line(console, f"{name}: {description or 'no description'}")
     _print_paragraphs(console, more)
     rows = list(_parameter_rows(tracker, found.name))
     if rows:
@@ -59,7 +62,7 @@ def print_tracker(console: Console, spec: str) -> None:
         _print_paragraphs(console, sections["References"])
     print_line(console, "")
     setting = next((f"@{name}={value}" for name, _, value, _ in rows), "")
-    print_line(console, f"Try it: simbench run smoke --trackers {found.name}{setting}")
+    print_line(console, f"Try it: simbench run smoke --trackers {name}{setting}")
 
 
 def numpydoc_sections(docstring: str) -> dict[str, str]:

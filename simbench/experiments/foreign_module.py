@@ -31,7 +31,7 @@ def foreign_module(spec: str) -> str:
     module, colon, _ = name.partition(":")
     entries = entry_points(group=ENTRY_POINT_GROUP)
     installed = {entry.name: entry.module for entry in entries}
-    is_known = not colon or module == "opencv" or name in installed
+    is_known = not colon or module.lower() == "opencv" or name in installed
     if is_known or module in installed.values():
         return ""
     return "" if _is_of_project(module.partition(".")[0]) else module

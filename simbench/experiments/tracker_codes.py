@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+import simbench.trackers
 from simbench.core.errors import TrackerError, one_line
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.isolation import run_isolated
@@ -26,6 +27,7 @@ _TRACKING: Final = (
     "simbench.evaluation.isolated_track",
     "simbench.evaluation.protocols.protocol_scores",
 )
+_TRACKERS: Final = Path(simbench.trackers.__path__[0])
 _LIMIT_S: Final = 20.0  # a construction that takes longer is judged in the runs
 _ANSWER_BYTES: Final = 2**20
 _NOT_DATA: Final = {".py", ".pyc", ".so", ".nbi", ".nbc"}
@@ -64,11 +66,7 @@ def tracker_codes(
     listed = list(trackers)
     limit_s = min(timeout_s, _LIMIT_S)
     foreign = [one for one in listed if not one.is_builtin]
-    facts = {
-        one.label: {"module": type(one.make()).__module__, "data": {}}
-        for one in listed
-        if one.is_builtin
-    }
+    facts = {one.label: _own_facts(one) for one in listed if one.is_builtin}
     if foreign and isolated:
         ended = run_all(
             lambda _: [
@@ -116,6 +114,13 @@ def _examine(
     return found
 
 
+def _own_facts(tracker: TrackerSpec) -> dict[str, Any]:
+    """Return what a built-in tracker consists of: it lists its data files itself."""
+    made = tracker.make()
+    paths = {Path(path) for path in getattr(made, "data_files", ())}
+    return {"module": type(made).__module__, "data": _digests(tracker, paths)}
+
+
 def _facts(tracker: TrackerSpec) -> dict[str, Any]:
     opened: list[str] = []
     is_watching = True
@@ -138,13 +143,22 @@ def _facts(tracker: TrackerSpec) -> dict[str, Any]:
         is_watching = False
     named = [one for one in tracker.parameters.values() if isinstance(one, str)]
     paths = {*_own_files(opened), *_own_files(named), *map(Path, declared)}
+    return {"module": type(made).__module__, "data": _digests(tracker, paths)}
+
+
+def _digests(tracker: TrackerSpec, paths: Iterable[Path]) -> dict[str, str]:
+    """Return the SHA-256 of files by path; of the package's own by their name."""
     try:
-        data = {str(path): _file_digest(path) for path in sorted(paths)}
+        return {
+            path.name if path.is_relative_to(_TRACKERS) else str(path): _file_digest(
+                path
+            )
+            for path in sorted(paths)
+        }
     except OSError as error:
         raise TrackerError(
             f"tracker {tracker.label}: {error.filename}: {error.strerror}"
         ) from None
-    return {"module": type(made).__module__, "data": data}
 
 
 def _own_files(names: Iterable[str]) -> Iterator[Path]:

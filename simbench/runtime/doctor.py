@@ -24,6 +24,10 @@ __all__ = ["Diagnosis", "examine", "opengl_renderer"]
 _LIBRARIES = "libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libatomic1"
 _APT = f"apt-get install {_LIBRARIES}"
 _INSTALL = "pip install simbench-tracking"
+_CONTRIB = (
+    "pip uninstall -y opencv-python-headless; "
+    "pip install opencv-contrib-python-headless"
+)
 _TIMEOUT_S = 60.0
 
 # Each runs in its own process: a library that crashes is a result too.
@@ -37,6 +41,15 @@ print(describe_device())
 """
 _CHECK_SUMO = "import libsumo; print(libsumo.getVersion()[1].removeprefix('SUMO '))"
 _CHECK_OPENCV = "import cv2; print(cv2.__version__)"
+_CHECK_OPENCV_TRACKERS = """
+from simbench.trackers.parts.opencv_build import CONTRIB, WEIGHTS, opencv_tracker_names
+found = {name.rpartition(".")[2] for name in opencv_tracker_names()}
+parts = [", ".join(sorted(found)) or "none"]
+parts += [", ".join(WEIGHTS) + " with weights of yours"]
+lacking = [name for name in CONTRIB if name not in found]
+parts += ["without " + ", ".join(lacking)] if lacking else []
+print("; ".join(parts))
+"""
 _CHECK_NUMBA = """
 import numba
 if numba.njit(lambda x: x + 1)(1) != 2:
@@ -75,6 +88,7 @@ def examine() -> list[Diagnosis]:
         _run_check("SUMO", _CHECK_SUMO, _APT),
         *_opengl(),
         _run_check("OpenCV", _CHECK_OPENCV, _INSTALL),
+        _opencv_trackers(),
         _run_check("numba", _CHECK_NUMBA, _INSTALL),
         _installed("pyrender", "pyrender", "pyrender-maintained"),
         Diagnosis("cores", "ok", str(core_count())),
@@ -103,6 +117,14 @@ def _opengl() -> list[Diagnosis]:
     if "EGL_DEVICE_ID" in opengl.found:
         return [replace(opengl, remedy="unset EGL_DEVICE_ID")]
     return [opengl]
+
+
+def _opencv_trackers() -> Diagnosis:
+    """Tell which trackers of OpenCV are there; those of contrib are optional."""
+    found = _run_check("OpenCV's trackers", _CHECK_OPENCV_TRACKERS, _INSTALL)
+    if found.state == "ok" and "without" in found.found:
+        return replace(found, state="absent", remedy=_CONTRIB)
+    return found
 
 
 def _run_check(name: str, program: str, remedy: str) -> Diagnosis:

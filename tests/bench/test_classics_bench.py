@@ -12,7 +12,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 from simbench.core.tracker import Tracker
 from simbench.trackers.csk import Csk
 from simbench.trackers.kcf import Kcf
-from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.opencv import OpenCvTracker
+from simbench.trackers.parts.opencv_build import opencv_tracker_names
 from tests.bench.test_trackers_bench import SIZE, hold
 from tests.trackers.clips import Clip, render_clip, straight
 

@@ -10,7 +10,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from simbench.core.box import Box
 from simbench.trackers.dsp import DynamicSwarmParticle
-from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.opencv import OpenCvTracker
+from simbench.trackers.parts.opencv_build import opencv_tracker_names
 from tests.bench.test_trackers_bench import hold
 from tests.trackers.clips import Clip, render_clip, straight
 

@@ -15,8 +15,9 @@ from simbench.core.box import Box, overlap
 from simbench.core.frame import Frame
 from simbench.core.tracker import Tracker
 from simbench.trackers.find_tracker import find_tracker
-from simbench.trackers.opencv import OpenCvTracker, opencv_tracker_names
+from simbench.trackers.opencv import OpenCvTracker
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.opencv_build import opencv_tracker_names
 from tests.trackers.clips import Clip, car, draw, render_clip, road, straight
 
 pytestmark = pytest.mark.bench
