@@ -18,6 +18,7 @@ from simbench.trackers.parts.confidence import Confidence
 from simbench.trackers.parts.course import Course
 from simbench.trackers.parts.courses import Courses
 from simbench.trackers.parts.filter_step import FilterStep
+from simbench.trackers.parts.particle_cloud import ParticleCloud
 
 __all__ = ["PAPER", "Condensation", "condensation_paper"]
 
@@ -131,6 +132,18 @@ class Condensation:
     in every frame, drift along the smoothed course with noise proportional to speed.
     "Tuned" means tuned on the scenario library, seeds 1000 to 1005, and on four public
     clips: Car4 of OTB; car, bicycle and ball1 of VOT.
+
+    Examples
+    --------
+    The particles of a frame, with weights and angles, are in ``cloud``:
+
+    >>> import simbench
+    >>> sequence = simbench.generate(simbench.load_scenario("smoke").shortened(9), 0)
+    >>> tracker = Condensation(particles=50)
+    >>> track = simbench.track(tracker, sequence)
+    >>> cloud = tracker.cloud
+    >>> cloud.states.shape, cloud.weights.shape, cloud.angles.shape
+    ((50, 4), (50,), (50,))
     """
 
     particles: int = 100
@@ -189,6 +202,7 @@ class Condensation:
         self._confidence = Confidence(self._filter.best, self._filter.colour)
         self._courses = Courses(self._first_course(x, y, float(2.0 * axes[0])))
         self._camera = CameraMotion(frame.image) if self.camera_motion else None
+        self._before, self._theta = ellipse.tolist(), math.nan
         self._box = (2.0 * axes).tolist()
         self._rng = rng
 
@@ -206,7 +220,8 @@ class Condensation:
             self._courses.choose(self._camera.shift(frame.image, state.mean))
         self._set_motion()
         self._set_search()
-        area = float(state.mean[2] * state.mean[3])
+        self._before, self._theta = state.mean.tolist(), self._course.theta
+        area = self._before[2] * self._before[3]
         state.advance(frame.image, self._rng)
         x, y, half_width, half_height = state.mean.tolist()
         self._box = [2.0 * half_width, 2.0 * half_height]
@@ -219,6 +234,22 @@ class Condensation:
             confidence=min(max(state.similarity, 0.0), 1.0),
             particles=self._likelihood.evaluations - before,
             cloud=cloud,
+        )
+
+    @property
+    def cloud(self) -> ParticleCloud:
+        """The particles of the last frame, with weights and angles."""
+        motion = self._filter.motion
+        is_gated = motion["half_angle"] > 0.0
+        apex = (motion["apex_x"], motion["apex_y"]) if is_gated else self._before[:2]
+        return ParticleCloud(
+            states=self._filter.cloud.copy(),
+            weights=self._filter.weights.copy(),
+            similarities=self._filter.similarities,
+            factors=self._filter.factors,
+            apex=np.array(apex),
+            theta=self._theta,
+            half_angle=motion["half_angle"] if is_gated else math.nan,
         )
 
     @property

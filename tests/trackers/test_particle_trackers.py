@@ -123,3 +123,49 @@ def test_cloud_is_kept_only_on_request(name: str, crossing: Clip) -> None:
         assert cloud is not None
         assert cloud.shape[1] == 3
         assert cloud[:, 2].sum() == pytest.approx(1.0)
+
+
+def test_cloud_before_the_first_frame_has_equal_weights(crossing: Clip) -> None:
+    tracker = directional_45(particles=40)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    cloud = tracker.cloud
+    assert cloud.weights == pytest.approx(np.full(40, 1 / 40))
+    assert np.isnan([cloud.theta, cloud.half_angle]).all()
+    assert np.isnan(cloud.deviations).all()
+
+
+def test_cloud_after_a_frame_is_what_the_estimate_was_made_from(
+    crossing: Clip,
+) -> None:
+    tracker = Condensation()
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    places = [tracker.update(frame).box.center for frame in crossing.frames[1:12]]
+    cloud = tracker.cloud
+    assert cloud.weights.sum() == pytest.approx(1.0)
+    assert cloud.weights @ cloud.states[:, :2] == pytest.approx(places[-1])
+    assert cloud.apex == pytest.approx(places[-2])
+    assert np.isnan(cloud.half_angle)
+    assert cloud.factors.tolist() == [1.0] * 100
+    # By colour alone weights say nothing of angles; likely particles are similar ones.
+    order = np.argsort(cloud.similarities)
+    assert (np.diff(cloud.weights[order]) >= 0.0).all()
+
+
+def test_weights_of_a_gated_cloud_fall_linearly_with_the_angle(crossing: Clip) -> None:
+    # With a flat likelihood, only the gate is left (DPF, eq. 10 and figure 6).
+    tracker = directional_90(sigma=1e3, search=False)
+    box = Box.from_array(crossing.boxes[0])
+    tracker.init(crossing.frames[0], box, np.random.default_rng(0))
+    tracker._courses.leading.advance(box.center[0] + 20.0, box.center[1])
+    tracker._courses.leading.theta, tracker._courses.leading.speed = 0.0, 4.0
+    tracker.update(crossing.frames[1])
+    cloud = tracker.cloud
+    assert cloud.theta == 0.0
+    assert cloud.half_angle == pytest.approx(np.pi / 2)
+    expected = np.maximum(1.0 - cloud.deviations / cloud.half_angle, 0.0)
+    assert cloud.weights == pytest.approx(expected / expected.sum(), abs=1e-6)
+    dropped = cloud.weights == 0.0
+    assert 0 < dropped.sum() < 100
+    assert np.isnan(cloud.similarities).tolist() == dropped.tolist()

@@ -90,6 +90,16 @@ class FilterStep:
         self._set_up_cues(particles)
         self._start(image)
 
+    @property
+    def factors(self) -> NDArray[np.float64]:
+        """A copy of the gate's (N,) factors in the last step."""
+        return self._factors.copy()
+
+    @property
+    def similarities(self) -> NDArray[np.float64]:
+        """A copy of the (N,) similarities of the last step, NaN where not measured."""
+        return np.where(self._factors > 0.0, self._measured[1], np.nan)
+
     def _set_up_cues(self, particles: int) -> None:
         """Lay out what the kernel reads, and the space that it works in."""
         likelihood = self._likelihood
