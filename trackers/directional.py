@@ -44,7 +44,7 @@ class Directional(Condensation):
         T.
     particles, samples, sigma, surround, background, structure, learning, \
     warm_up_noise, position_noise, error_noise, scale_noise, aspect_noise, drift, \
-    search, camera_motion, keep_cloud
+    search, camera_motion, resampling, keep_cloud
         As for `Condensation`; the search also opens the gate, see Notes.
 
     Attributes

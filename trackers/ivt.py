@@ -19,7 +19,7 @@ from simbench.trackers.parts.affine_patches import (
     side_limits,
     state_of,
 )
-from simbench.trackers.parts.resampling import systematic
+from simbench.trackers.parts.resampling import normalised, systematic
 from simbench.trackers.parts.subspace import Subspace
 
 __all__ = ["Ivt"]
@@ -116,8 +116,7 @@ class Ivt:
         patches = self._patches(frame.image, self._states)
         distances = self._distances(patches)
         best = int(distances.argmin())
-        weights = np.exp((distances[best] - distances) / self.variance)
-        self._weights = weights / weights.sum()
+        self._weights = normalised((distances[best] - distances) / self.variance)
         self._learn(patches[best])
         spread = float(np.square(patches[best] - patches[best].mean()).sum())
         cloud = np.column_stack([self._states[:, :, 2], self._weights])

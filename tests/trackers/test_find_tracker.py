@@ -138,6 +138,8 @@ def test_module_is_the_one_that_defines_the_tracker(spec: str, module: str) -> N
         ("condensation@particles=0", "particles must be at least 1, got 0"),
         ("condensation@sigma=-1", "sigma must be above 0, got -1"),
         ("directional-45@half_angle=9", "half_angle must be in"),
+        ("condensation@resampling=systemic", "did you mean 'systematic'"),
+        ("condensation@resampling=[1]", "resampling must be one of systematic, strat"),
         ("still@speed=1", "no parameter 'speed'; it accepts: none"),
         ("condensation@particles", "'particles' must read PARAMETER=VALUE"),
         ("condensation@", "must read PARAMETER=VALUE"),

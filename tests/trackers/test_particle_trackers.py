@@ -78,6 +78,15 @@ def test_condensation_measures_every_particle_once_a_frame(crossing: Clip) -> No
     assert used == [37] * 5
 
 
+@pytest.mark.parametrize("scheme", ["stratified", "multinomial", "residual"])
+def test_filter_follows_with_each_scheme_of_resampling(
+    scheme: str, crossing: Clip
+) -> None:
+    first = run_tracker(directional_45(resampling=scheme), crossing)
+    assert success(first, crossing) > 0.9
+    assert not np.array_equal(first, run_tracker(directional_45(), crossing))
+
+
 def test_narrower_gate_measures_fewer_particles(crossing: Clip) -> None:
     means = []
     for name in ("condensation", "directional-90", "directional-45", "directional-22"):

@@ -11,11 +11,12 @@ import math
 import numba
 
 from simbench.trackers.parts.measure_kernel import GREY_NOISE, measure
+from simbench.trackers.parts.resampling import resample
 
-__all__ = ["MOTION", "blend", "gate", "propagate", "step", "weigh"]
+__all__ = ["MOTION", "blend", "gate", "place", "propagate", "step", "weigh"]
 
 MOTION = (
-    "offset",  # of systematic resampling, in [0, 1)
+    "scheme",  # of resampling, by its place in `SCHEMES`
     "drift_x",  # px
     "drift_y",
     "spread_x",  # standard deviations of the position, px
@@ -37,53 +38,45 @@ MOTION = (
     "floor",  # similarity at which the weights level off; below -1: none
     "cell",  # px
 )
-(OFFSET, DRIFT_X, DRIFT_Y, SPREAD_X, SPREAD_Y, GROWTH, SCALE, ASPECT) = range(8)
+(SCHEME, DRIFT_X, DRIFT_Y, SPREAD_X, SPREAD_Y, GROWTH, SCALE, ASPECT) = range(8)
 (SCOUT_EVERY, SCOUT_X, SCOUT_Y, SCOUT_SHARE, SEEN_X, SEEN_Y) = range(8, 14)
 (HALF_ANGLE, THETA, APEX_X, APEX_Y, PRECISION, FLOOR, CELL) = range(14, 21)
 
 
 @numba.njit(cache=True)
 def propagate(  # type: ignore[no-untyped-def]  # numba infers the types
-    cloud, weights, noise, motion, limits, moved
+    cloud, weights, uniforms, noise, motion, limits, ancestors, moved
 ):
-    """Resample a cloud (N, 4) systematically and propagate it into ``moved``.
+    """Resample a cloud (N, 4) and propagate it into ``moved``.
 
-    ``noise`` is (N, 4) standard normal; ``limits`` are the image's width and height,
-    the lower and the upper half axes, px.
+    ``uniforms`` are those of `resample`, ``noise`` is (N, 4) standard normal;
+    ``limits`` are the image's width and height, the lower and the upper half axes, px.
     """
-    count = cloud.shape[0]
-    last = 0
-    for i in range(count):
-        if weights[i] != 0.0:
-            last = i
+    resample(weights, uniforms, int(motion[SCHEME]), ancestors)
+    for i in range(cloud.shape[0]):
+        place(cloud[ancestors[i]], i, noise[i], motion, limits, moved[i])
+
+
+@numba.njit(cache=True)
+def place(  # type: ignore[no-untyped-def]  # numba infers the types
+    ancestor, i, noise, motion, limits, moved
+):
+    """Propagate one particle, the i-th, from an ancestor (4,) into ``moved`` (4,)."""
     every = int(motion[SCOUT_EVERY])
-    j = 0
-    edge = weights[0] if last > 0 else 1.0
-    for i in range(count):
-        position = (motion[OFFSET] + i) / count
-        while position >= edge and j < last:
-            j += 1
-            # Round-off must not leave the last position above every edge.
-            edge = edge + weights[j] if j < last else 1.0
-        x, y = cloud[j, 0], cloud[j, 1]
-        spread_x, spread_y = motion[SPREAD_X], motion[SPREAD_Y]
-        if every > 0 and i % every == 0:
-            spread_x, spread_y = motion[SCOUT_X], motion[SCOUT_Y]
-            if (i // every) % 2 == 0:
-                x, y = (
-                    motion[SEEN_X] - motion[DRIFT_X],
-                    motion[SEEN_Y] - motion[DRIFT_Y],
-                )
-        x += motion[DRIFT_X] + noise[i, 0] * spread_x
-        y += motion[DRIFT_Y] + noise[i, 1] * spread_y
-        size = motion[SCALE] * noise[i, 2] + motion[GROWTH]
-        aspect = motion[ASPECT] * noise[i, 3]
-        moved[i, 0] = min(max(x, 0.0), limits[0])
-        moved[i, 1] = min(max(y, 0.0), limits[1])
-        half_width = cloud[j, 2] * math.exp(size + aspect)
-        half_height = cloud[j, 3] * math.exp(size - aspect)
-        moved[i, 2] = min(max(half_width, limits[2]), limits[4])
-        moved[i, 3] = min(max(half_height, limits[3]), limits[5])
+    x, y = ancestor[0], ancestor[1]
+    spread_x, spread_y = motion[SPREAD_X], motion[SPREAD_Y]
+    if every > 0 and i % every == 0:
+        spread_x, spread_y = motion[SCOUT_X], motion[SCOUT_Y]
+        if (i // every) % 2 == 0:
+            x, y = motion[SEEN_X] - motion[DRIFT_X], motion[SEEN_Y] - motion[DRIFT_Y]
+    x += motion[DRIFT_X] + noise[0] * spread_x
+    y += motion[DRIFT_Y] + noise[1] * spread_y
+    size = motion[SCALE] * noise[2] + motion[GROWTH]
+    aspect = motion[ASPECT] * noise[3]
+    moved[0] = min(max(x, 0.0), limits[0])
+    moved[1] = min(max(y, 0.0), limits[1])
+    moved[2] = min(max(ancestor[2] * math.exp(size + aspect), limits[2]), limits[4])
+    moved[3] = min(max(ancestor[3] * math.exp(size - aspect), limits[3]), limits[5])
 
 
 @numba.njit(cache=True)
@@ -150,9 +143,9 @@ def weigh(  # type: ignore[no-untyped-def]  # numba infers the types
 
 @numba.njit(cache=True)
 def step(  # type: ignore[no-untyped-def]  # numba infers the types
-    image, table, cloud, weights, noise, motion, limits, points, disc, cue, slots,
-    roots, disc_roots, ring_roots, template, bins, grey, index, counts, moved,
-    moved_weights, factors, colours, similarities, mean, patch, outcome,
+    image, table, cloud, weights, uniforms, noise, motion, limits, ancestors, points,
+    disc, cue, slots, roots, disc_roots, ring_roots, template, bins, grey, index,
+    counts, moved, moved_weights, factors, colours, similarities, mean, patch, outcome,
 ):  # fmt: skip
     """Make one step of the filter; return the particles measured, and the fallback.
 
@@ -160,7 +153,7 @@ def step(  # type: ignore[no-untyped-def]  # numba infers the types
     ``moved_weights``; its mean is set in ``mean``, and the grey samples there in
     ``patch``.
     """
-    propagate(cloud, weights, noise, motion, limits, moved)
+    propagate(cloud, weights, uniforms, noise, motion, limits, ancestors, moved)
     fallback = gate(moved, motion, factors)
     measured, left, top, columns, cell = measure(
         image, table, moved, factors, int(motion[CELL]), points, disc, cue, slots,

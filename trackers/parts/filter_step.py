@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from simbench.trackers.parts import filter_kernel
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.particle_cloud import ParticleCloud
+from simbench.trackers.parts.resampling import SCHEMES
 
 __all__ = ["FilterStep"]
 
@@ -36,6 +38,8 @@ class FilterStep:
     scale_range : (2,) float
         Bounds on the half axes, relative to the first.
     min_half_axis : float, px
+    resampling : str
+        One of `SCHEMES`.
 
     Attributes
     ----------
@@ -72,6 +76,7 @@ class FilterStep:
         structure: float,
         scale_range: tuple[float, float],
         min_half_axis: float,
+        resampling: str = "systematic",
     ) -> None:
         self._likelihood = likelihood
         self._structure = structure
@@ -79,26 +84,39 @@ class FilterStep:
         self.cloud = np.tile(ellipse, (particles, 1))
         self.weights = np.full(particles, 1.0 / particles)
         self.motion = dict.fromkeys(filter_kernel.MOTION, 0.0)
+        self.motion["scheme"] = float(list(SCHEMES).index(resampling))
         self.motion["precision"] = 1.0 / (2.0 * sigma**2)
         self.motion["floor"] = -math.inf
         low = np.maximum(ellipse[2:] * scale_range[0], min_half_axis)
         extent = image.shape[1::-1]
         self._limits = np.array([*extent, *low, *(ellipse[2:] * scale_range[1])])
         self._next = (np.empty((particles, 4)), np.empty(particles))
+        # Systematic resampling takes one number, the others one for each particle.
+        numbers = 1 if resampling == "systematic" else particles
+        self._uniforms = np.zeros(numbers)
         self._noise = np.empty((particles, 4))
+        self._ancestors = np.empty(particles, np.intp)
         self._outcome = np.zeros(3)
         self._set_up_cues(particles)
         self._start(image)
 
-    @property
-    def factors(self) -> NDArray[np.float64]:
-        """A copy of the gate's (N,) factors in the last step."""
-        return self._factors.copy()
+    def look(self, x: float, y: float, theta: float) -> ParticleCloud:
+        """Return the particles of the last step, made from an estimate at a place, px.
 
-    @property
-    def similarities(self) -> NDArray[np.float64]:
-        """A copy of the (N,) similarities of the last step, NaN where not measured."""
-        return np.where(self._factors > 0.0, self._measured[1], np.nan)
+        ``theta`` is the direction that it was made with, rad; NaN while unknown.
+        """
+        motion, factors = self.motion, self._factors
+        is_gated = motion["half_angle"] > 0.0
+        apex = (motion["apex_x"], motion["apex_y"]) if is_gated else (x, y)
+        return ParticleCloud(
+            states=self.cloud.copy(),
+            weights=self.weights.copy(),
+            similarities=np.where(factors > 0.0, self._measured[1], np.nan),
+            factors=factors.copy(),
+            apex=np.array(apex),
+            theta=theta,
+            half_angle=motion["half_angle"] if is_gated else math.nan,
+        )
 
     def _set_up_cues(self, particles: int) -> None:
         """Lay out what the kernel reads, and the space that it works in."""
@@ -143,7 +161,7 @@ class FilterStep:
 
     def advance(self, image: NDArray[np.uint8], rng: np.random.Generator) -> int:
         """Make one step into a frame; return how many particles were measured."""
-        self.motion["offset"] = rng.random()
+        rng.random(out=self._uniforms)
         rng.standard_normal(out=self._noise)
         measured = self._step(image)
         self._likelihood.evaluations += measured
@@ -164,9 +182,11 @@ class FilterStep:
             self._likelihood.table,
             self.cloud,
             self.weights,
+            self._uniforms,
             self._noise,
             np.array(list(self.motion.values())),
             self._limits,
+            self._ancestors,
             *self._cues,
             *self._space,
             moved,

@@ -13,7 +13,7 @@ from simbench.trackers.parts.colour_histogram import bin_table
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
 from simbench.trackers.parts.directional_gate import gate_weights
 from simbench.trackers.parts.filter_step import FilterStep
-from simbench.trackers.parts.resampling import systematic
+from simbench.trackers.parts.resampling import SCHEMES
 from tests.trackers.clips import car, draw, road
 
 ELLIPSE = np.array([100.0, 60.0, 24.0, 18.0])
@@ -30,7 +30,9 @@ def image() -> NDArray[np.uint8]:
     return image
 
 
-def make_step(image: NDArray[np.uint8], structure: float = 0.0) -> FilterStep:
+def make_step(
+    image: NDArray[np.uint8], structure: float = 0.0, scheme: str = "systematic"
+) -> FilterStep:
     likelihood = ColourLikelihood(
         image, ELLIPSE, samples=96, sigma=0.1, surround=0.75, background=8.0
     )
@@ -43,15 +45,16 @@ def make_step(image: NDArray[np.uint8], structure: float = 0.0) -> FilterStep:
         structure=structure,
         scale_range=(0.1, 10.0),
         min_half_axis=1.5,
+        resampling=scheme,
     )
 
 
 def plain_propagation(
-    step: FilterStep, rng: np.random.Generator
+    step: FilterStep, rng: np.random.Generator, scheme: str
 ) -> NDArray[np.float64]:
     """Return the (N, 4) cloud, resampled and propagated in numpy."""
     motion = step.motion
-    cloud = step.cloud[systematic(step.weights, rng)]
+    cloud = step.cloud[SCHEMES[scheme](step.weights, rng)]
     noise = rng.standard_normal((PARTICLES, 4))
     index = np.arange(PARTICLES)
     every = int(motion["scout_every"])
@@ -137,13 +140,21 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("name", MOTIONS)
-def test_step_equals_plain_numpy(name: str, image: NDArray[np.uint8]) -> None:
-    step = make_step(image)
+@pytest.mark.parametrize(
+    ("name", "scheme"),
+    [
+        *((name, "systematic") for name in MOTIONS),
+        *(("gate", s) for s in list(SCHEMES)[1:]),
+    ],
+)
+def test_step_equals_plain_numpy(
+    name: str, scheme: str, image: NDArray[np.uint8]
+) -> None:
+    step = make_step(image, scheme=scheme)
     step.motion.update(scale_noise=0.05, aspect_noise=0.02, growth=0.01)
     step.motion.update(MOTIONS[name])
     for seed in range(3):  # the second and third from a cloud that has spread
-        cloud = plain_propagation(step, np.random.default_rng(seed))
+        cloud = plain_propagation(step, np.random.default_rng(seed), scheme)
         factors = plain_factors(step, cloud)
         rho = np.zeros(PARTICLES)
         passed = factors > 0.0
