@@ -19,6 +19,7 @@ from simbench.trackers.parts.confidence import Confidence
 from simbench.trackers.parts.course import Course
 from simbench.trackers.parts.courses import Courses
 from simbench.trackers.parts.filter_step import FilterStep
+from simbench.trackers.parts.kld_sampling import KldSampling
 from simbench.trackers.parts.particle_cloud import ParticleCloud
 from simbench.trackers.parts.resampling import SCHEMES
 
@@ -207,6 +208,7 @@ class Condensation:
             scale_range=SCALE_RANGE,
             min_half_axis=MIN_HALF_AXIS_PX,
             resampling=self.resampling,
+            kld=self._kld,
         )
         noise = {"scale_noise": self.scale_noise, "aspect_noise": self.aspect_noise}
         self._filter.motion.update(noise, scout_share=SCOUT_SHARE)
@@ -246,6 +248,11 @@ class Condensation:
             particles=self._likelihood.evaluations - before,
             cloud=cloud,
         )
+
+    @property
+    def _kld(self) -> KldSampling | None:
+        """How many particles are drawn in a frame; None is all."""
+        return None
 
     @property
     def cloud(self) -> ParticleCloud:

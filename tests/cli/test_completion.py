@@ -41,7 +41,13 @@ def completed(
         pytest.param("simbench sweep car-rear-still @ ex", ["extreme"], id="of sweep"),
         pytest.param(
             "simbench show con",
-            ["convoy", "condensation", "condensation-paper"],
+            [
+                "convoy",
+                "condensation",
+                "condensation-kld",
+                "condensation-kld-paper",
+                "condensation-paper",
+            ],
             id="show",
         ),
         pytest.param("simbench run ./a", ["./a.yaml", "./also/"], id="file"),

@@ -7,12 +7,20 @@ import pytest
 
 from simbench.core.box import Box, centers, overlap
 from simbench.trackers.condensation import Condensation
+from simbench.trackers.condensation_kld import CondensationKld
 from simbench.trackers.directional import Directional, directional_45, directional_90
 from simbench.trackers.find_tracker import find_tracker
 from simbench.trackers.still import Still
 from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
 
-PARTICLE_TRACKERS = ["condensation", "directional-90", "directional-45", "dsp"]
+PARTICLE_TRACKERS = [
+    "condensation",
+    "condensation-kld",
+    "condensation-kld-paper",
+    "directional-90",
+    "directional-45",
+    "dsp",
+]
 
 
 @pytest.fixture(scope="module")
@@ -178,3 +186,17 @@ def test_weights_of_a_gated_cloud_fall_linearly_with_the_angle(crossing: Clip) -
     dropped = cloud.weights == 0.0
     assert 0 < dropped.sum() < 100
     assert np.isnan(cloud.similarities).tolist() == dropped.tolist()
+
+
+def test_kld_sampling_uses_few_particles_on_a_course_and_many_in_a_search() -> None:
+    centres = straight(70, (60, 150), (5.0, 0.4))
+    clip = render_clip(centres, np.full(70, 40.0), poles=((200.0, 260.0),))
+    tracker = CondensationKld()
+    box = Box.from_array(clip.boxes[0])
+    tracker.init(clip.frames[0], box, np.random.default_rng(0))
+    used = np.array([tracker.update(frame).particles for frame in clip.frames[1:]])
+    steady, lost = used[12:22], used[55:]  # before the wall, and long behind it
+    assert tracker.least_particles <= steady.min()
+    assert steady.mean() < 0.6 * tracker.particles
+    assert lost.min() == tracker.particles
+    assert len(tracker.cloud.states) == used[-1]

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 
 import numba
+import numpy as np
 
+from simbench.trackers.parts.kld_sampling import EMPTY, claim, particles_needed
 from simbench.trackers.parts.measure_kernel import GREY_NOISE, measure
 from simbench.trackers.parts.resampling import resample
 
@@ -37,24 +39,52 @@ MOTION = (
     "precision",  # 1 / (2 sigma^2)
     "floor",  # similarity at which the weights level off; below -1: none
     "cell",  # px
+    "epsilon",  # of KLD sampling; 0: as many particles as there is room for
+    "quantile",  # of the normal distribution at 1 - delta
+    "least",  # particles
+    "bin_x",  # px
+    "bin_y",
+    "bin_size",  # of the log of the size
 )
 (SCHEME, DRIFT_X, DRIFT_Y, SPREAD_X, SPREAD_Y, GROWTH, SCALE, ASPECT) = range(8)
 (SCOUT_EVERY, SCOUT_X, SCOUT_Y, SCOUT_SHARE, SEEN_X, SEEN_Y) = range(8, 14)
 (HALF_ANGLE, THETA, APEX_X, APEX_Y, PRECISION, FLOOR, CELL) = range(14, 21)
+(EPSILON, QUANTILE, LEAST, BIN_X, BIN_Y, BIN_SIZE) = range(21, 27)
 
 
 @numba.njit(cache=True)
 def propagate(  # type: ignore[no-untyped-def]  # numba infers the types
-    cloud, weights, uniforms, noise, motion, limits, ancestors, moved
+    cloud, weights, uniforms, noise, motion, limits, ancestors, occupied, moved
 ):
-    """Resample a cloud (N, 4) and propagate it into ``moved``.
+    """Resample a cloud (N, 4) and propagate it into ``moved`` (M, 4); return how many.
 
-    ``uniforms`` are those of `resample`, ``noise`` is (N, 4) standard normal;
-    ``limits`` are the image's width and height, the lower and the upper half axes, px.
+    ``uniforms`` are those of `resample`, ``noise`` is (M, 4) standard normal;
+    ``limits`` are the image's width and height, the lower and the upper half axes, px;
+    ``ancestors`` is (M,). ``occupied`` is the table of `claim`. All M are made, or with
+    KLD sampling as many as their spread needs.
     """
-    resample(weights, uniforms, int(motion[SCHEME]), ancestors)
-    for i in range(cloud.shape[0]):
-        place(cloud[ancestors[i]], i, noise[i], motion, limits, moved[i])
+    most = moved.shape[0]
+    if motion[EPSILON] <= 0.0:
+        resample(weights, uniforms, int(motion[SCHEME]), ancestors)
+        for i in range(most):
+            place(cloud[ancestors[i]], i, noise[i], motion, limits, moved[i])
+        return most
+    edges = np.cumsum(weights)
+    occupied[:, 0] = EMPTY
+    bins, needed = 0, motion[LEAST]
+    for i in range(most):
+        j = np.searchsorted(edges, uniforms[i] * edges[-1], side="right")
+        place(cloud[j], i, noise[i], motion, limits, moved[i])
+        size = 0.5 * math.log(moved[i, 2] * moved[i, 3])
+        column = math.floor(moved[i, 0] / motion[BIN_X])
+        row = math.floor(moved[i, 1] / motion[BIN_Y])
+        if claim(column, row, math.floor(size / motion[BIN_SIZE]), occupied):
+            bins += 1
+            enough = particles_needed(bins, motion[EPSILON], motion[QUANTILE])
+            needed = max(needed, enough)
+        if i + 1 >= needed:
+            return i + 1
+    return most
 
 
 @numba.njit(cache=True)
@@ -143,17 +173,21 @@ def weigh(  # type: ignore[no-untyped-def]  # numba infers the types
 
 @numba.njit(cache=True)
 def step(  # type: ignore[no-untyped-def]  # numba infers the types
-    image, table, cloud, weights, uniforms, noise, motion, limits, ancestors, points,
-    disc, cue, slots, roots, disc_roots, ring_roots, template, bins, grey, index,
-    counts, moved, moved_weights, factors, colours, similarities, mean, patch, outcome,
+    image, table, cloud, weights, uniforms, noise, motion, limits, ancestors, occupied,
+    points, disc, cue, slots, roots, disc_roots, ring_roots, template, bins, grey,
+    index, counts, moved, moved_weights, factors, colours, similarities, mean, patch,
+    outcome,
 ):  # fmt: skip
-    """Make one step of the filter; return the particles measured, and the fallback.
+    """Make one step; return the particles, those measured, and the fallback.
 
     The cloud is resampled and propagated into ``moved``, weighted in
     ``moved_weights``; its mean is set in ``mean``, and the grey samples there in
     ``patch``.
     """
-    propagate(cloud, weights, uniforms, noise, motion, limits, ancestors, moved)
+    particles = propagate(
+        cloud, weights, uniforms, noise, motion, limits, ancestors, occupied, moved
+    )
+    moved, factors = moved[:particles], factors[:particles]
     fallback = gate(moved, motion, factors)
     measured, left, top, columns, cell = measure(
         image, table, moved, factors, int(motion[CELL]), points, disc, cue, slots,
@@ -166,7 +200,7 @@ def step(  # type: ignore[no-untyped-def]  # numba infers the types
             row = int((mean[1] + points[1, k] * mean[3] - top) / cell)
             column = int((mean[0] + points[0, k] * mean[2] - left) / cell)
             patch[k] = grey[row * columns + column]
-    return measured, fallback
+    return particles, measured, fallback
 
 
 @numba.njit(cache=True)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simbench.trackers.parts import filter_kernel
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.kld_sampling import KldSampling
 from simbench.trackers.parts.particle_cloud import ParticleCloud
 from simbench.trackers.parts.resampling import SCHEMES
 
@@ -40,11 +41,13 @@ class FilterStep:
     min_half_axis : float, px
     resampling : str
         One of `SCHEMES`.
+    kld : KldSampling, optional
+        How many particles are drawn, at most ``particles``; by default all.
 
     Attributes
     ----------
     cloud : (N, 4) float, px
-        Centre x, y and half axes Hx, Hy.
+        Centre x, y and half axes Hx, Hy; N as ``particles``, or by KLD sampling.
     weights : (N,) float
         Normalised.
     mean : (4,) float, px
@@ -77,6 +80,7 @@ class FilterStep:
         scale_range: tuple[float, float],
         min_half_axis: float,
         resampling: str = "systematic",
+        kld: KldSampling | None = None,
     ) -> None:
         self._likelihood = likelihood
         self._structure = structure
@@ -90,12 +94,14 @@ class FilterStep:
         low = np.maximum(ellipse[2:] * scale_range[0], min_half_axis)
         extent = image.shape[1::-1]
         self._limits = np.array([*extent, *low, *(ellipse[2:] * scale_range[1])])
-        self._next = (np.empty((particles, 4)), np.empty(particles))
+        self._clouds = self.cloud.copy(), self.cloud.copy()  # in turn
+        self._each_weights = self.weights.copy(), self.weights.copy()
+        self._turn = 0
         # Systematic resampling takes one number, the others one for each particle.
-        numbers = 1 if resampling == "systematic" else particles
-        self._uniforms = np.zeros(numbers)
+        self._uniforms = np.zeros(1 if resampling == "systematic" else particles)
         self._noise = np.empty((particles, 4))
         self._ancestors = np.empty(particles, np.intp)
+        self._set_up_sampling(particles, kld)
         self._outcome = np.zeros(3)
         self._set_up_cues(particles)
         self._start(image)
@@ -105,18 +111,33 @@ class FilterStep:
 
         ``theta`` is the direction that it was made with, rad; NaN while unknown.
         """
-        motion, factors = self.motion, self._factors
+        motion, count = self.motion, len(self.cloud)
+        factors, similarities = self._factors[:count], self._measured[1, :count]
         is_gated = motion["half_angle"] > 0.0
         apex = (motion["apex_x"], motion["apex_y"]) if is_gated else (x, y)
         return ParticleCloud(
             states=self.cloud.copy(),
             weights=self.weights.copy(),
-            similarities=np.where(factors > 0.0, self._measured[1], np.nan),
+            similarities=np.where(factors > 0.0, similarities, np.nan),
             factors=factors.copy(),
             apex=np.array(apex),
             theta=theta,
             half_angle=motion["half_angle"] if is_gated else math.nan,
         )
+
+    def _set_up_sampling(self, particles: int, kld: KldSampling | None) -> None:
+        """Lay out the bins of KLD sampling, where it is used."""
+        self._kld = kld
+        places = 1
+        if kld is not None:
+            self.motion.update(
+                epsilon=kld.epsilon,
+                quantile=kld.quantile,
+                least=kld.least,
+                bin_size=kld.bin_growth,
+            )
+            places = 2 << (particles - 1).bit_length()  # at most half are occupied
+        self._occupied = np.zeros((places, 3), np.int64)
 
     def _set_up_cues(self, particles: int) -> None:
         """Lay out what the kernel reads, and the space that it works in."""
@@ -157,7 +178,7 @@ class FilterStep:
             self._step(image)
             self.learn(1.0)
         self.mean = first
-        self.cloud = np.tile(first, (len(self.cloud), 1))
+        self.cloud[:] = first
 
     def advance(self, image: NDArray[np.uint8], rng: np.random.Generator) -> int:
         """Make one step into a frame; return how many particles were measured."""
@@ -176,8 +197,11 @@ class FilterStep:
         """Make one step with the noise as it is, and swap the clouds."""
         across = 2.0 * math.sqrt(self.mean[2] * self.mean[3]) / CELLS_ACROSS
         self.motion["cell"] = max(1, round(across)) if self._structure > 0.0 else 1
-        moved, weights = self._next
-        measured, self.fallback = filter_kernel.step(
+        if self._kld is not None:
+            self.motion["bin_x"] = 2.0 * self._kld.bin_boxes * self.mean[2]
+            self.motion["bin_y"] = 2.0 * self._kld.bin_boxes * self.mean[3]
+        moved, weights = self._clouds[self._turn], self._each_weights[self._turn]
+        particles, measured, self.fallback = filter_kernel.step(
             image,
             self._likelihood.table,
             self.cloud,
@@ -187,6 +211,7 @@ class FilterStep:
             np.array(list(self.motion.values())),
             self._limits,
             self._ancestors,
+            self._occupied,
             *self._cues,
             *self._space,
             moved,
@@ -198,7 +223,7 @@ class FilterStep:
             self._patch,
             self._outcome,
         )
-        self._next = (self.cloud, self.weights)
-        self.cloud, self.weights = moved, weights
+        self._turn = 1 - self._turn
+        self.cloud, self.weights = moved[:particles], weights[:particles]
         self.best, self.similarity, self.colour = self._outcome.tolist()
         return int(measured)
