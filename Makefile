@@ -11,7 +11,7 @@ LIBRARIES := libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libato
 DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
-.PHONY: demo test test-all test-compat attack oracle statistics filters bench \
+.PHONY: demo test test-all test-compat test-train attack oracle statistics filters bench \
     bench-before particles lint format house clean
 
 demo: .venv/installed
@@ -31,6 +31,10 @@ test-all: lint .venv/chromium
 # the toolkits of others, unmodified, read and score what 'simbench generate' writes
 test-compat: .venv-compat/installed
 	.venv-compat/bin/pytest tests/compat
+
+# trainings with tiny recipes, in an environment that has PyTorch
+test-train: .venv-train/installed
+	.venv-train/bin/pytest -m train tests/learning
 
 # kills, bad trackers, hostile files, bad places; the table is in results/attack.md
 attack: .venv/developer
@@ -77,7 +81,7 @@ format: .venv/developer
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf .venv .venv-bench .venv-compat build dist *.egg-info .coverage* results/runs
+	rm -rf .venv .venv-bench .venv-compat .venv-train build dist *.egg-info .coverage* results/runs
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -108,6 +112,14 @@ clean:
 	@.venv-bench/bin/pip uninstall --quiet -y opencv-python-headless
 	@.venv-bench/bin/pip install --quiet --disable-pip-version-check \
 	    opencv-contrib-python-headless
+	@touch $@
+
+# the CPU build: what pip takes by default brings gigabytes for GPUs
+.venv-train/installed: pyproject.toml
+	@.ci/python-environment $(PYTHON) .venv-train
+	@.ci/system-packages $(LIBRARIES)
+	@.venv-train/bin/pip install --quiet --disable-pip-version-check \
+	    --extra-index-url https://download.pytorch.org/whl/cpu -e '.[dev,train]'
 	@touch $@
 
 # The toolkits agree with what simbench asks for, so one environment holds both. But

@@ -19,6 +19,7 @@ ORDER = (
     {"evaluation"},
     {"report"},
     {"experiments"},
+    {"learning"},
     {"verification"},
     {"cli"},
 )
@@ -31,6 +32,7 @@ ONLY_THERE = {
     "distributed": {"simbench.runtime.cluster"},
     "embreex": {"simbench.verification.ray_caster"},
     "fsspec": {"simbench.datasets.store", "simbench.datasets.lease_file"},
+    "torch": {"simbench.learning.torch_backend"},
     "libsumo": {
         "simbench.scenarios.network.sumo_process",
         "simbench.scenarios.highway.sumo_process",

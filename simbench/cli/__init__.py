@@ -30,6 +30,7 @@ from simbench.cli import (
     run,
     show,
     sweep,
+    train,
     verify,
 )
 from simbench.cli.bash_words import complete_in_bash, is_asked_by_bash
@@ -64,6 +65,7 @@ app.command("show")(show.show)
 app.command("catalogue")(catalogue.catalogue)
 app.command("probe")(probe.probe)
 app.command("verify")(verify.verify)
+app.command("train")(train.train)
 app.command("doctor")(describe.doctor)
 app.command("schema")(describe.schema)
 

@@ -15,6 +15,7 @@ __all__ = [
     "LAYOUTS",
     "PROTOCOLS",
     "RULES",
+    "TRAININGS",
     "complete_channels",
     "complete_dial",
     "complete_format",
@@ -24,6 +25,7 @@ __all__ = [
     "complete_scenario",
     "complete_scenario_or_tracker",
     "complete_trackers",
+    "complete_training",
     "dial_names",
     "require_name",
     "scenario_names",
@@ -64,6 +66,8 @@ RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
 """As `simbench.evaluation.measures.rules.RULES`."""
 PROTOCOLS: Final = ("ope", "tre", "sre", "restart", "multistart")
 """As `simbench.evaluation.protocols.starts.PROTOCOLS`."""
+TRAININGS: Final = ("encoder",)
+"""As `simbench.learning.training.TRAININGS`."""
 
 _YAML: Final = (".yaml", ".yml")
 
@@ -79,7 +83,7 @@ def require_name(what: str, name: str, known: Sequence[str]) -> str:
     if name in known:
         return name
     *names, last = known
-    expected = f"{', '.join(names)} or {last}"
+    expected = f"{', '.join(names)} or {last}" if names else last
     hint = did_you_mean(name, known)
     raise SimbenchError(f"{what}: expected {expected}, got {name!r}{hint}")
 
@@ -150,6 +154,11 @@ def complete_protocol(incomplete: str) -> list[str]:
 def complete_layout(incomplete: str) -> list[str]:
     """Complete the name of a layout that can be read."""
     return _starting(LAYOUTS, incomplete)
+
+
+def complete_training(incomplete: str) -> list[str]:
+    """Complete the name of a network that can be trained."""
+    return _starting(TRAININGS, incomplete)
 
 
 def complete_dial(incomplete: str) -> list[str]:

@@ -19,7 +19,7 @@ from simbench.core.errors import DatasetError
 from simbench.runtime.locks import locked
 from simbench.runtime.scratch import scratch_folder
 
-__all__ = ["film_store", "mark_used", "remove_unused"]
+__all__ = ["film_store", "mark_used", "remove_unused", "user_cache"]
 
 _FILM: Final = re.compile(r".*-\d{4,}-[0-9a-f]{8}")
 _MOST_BYTES: Final = 2 * 2**30
@@ -40,7 +40,7 @@ def film_store(path: Path | None = None) -> Iterator[Path]:
     DatasetError
         If ``path`` cannot be used.
     """
-    store = path or _default()
+    store = path or user_cache("films")
     with ExitStack() as stack:
         try:
             if store is None:
@@ -75,13 +75,14 @@ def remove_unused(store: Path, most_bytes: int = _MOST_BYTES) -> None:
             shutil.rmtree(film, ignore_errors=True)
 
 
-def _default() -> Path | None:
+def user_cache(name: str) -> Path | None:
+    """Return a folder of ours in the user's cache folder; None without a home."""
     cache = Path(os.environ.get("XDG_CACHE_HOME", ""))
     try:
         folder = cache if cache.is_absolute() else Path.home() / ".cache"
     except RuntimeError:
         return None
-    return folder / "simbench" / "films"
+    return folder / "simbench" / name
 
 
 def _make(store: Path) -> None:

@@ -26,7 +26,7 @@ __all__ = ["code_digest", "digest_of", "package_digest"]
 
 _PACKAGE = "simbench"
 _HOME = Path(__file__).parents[1]
-_DATA_SUFFIXES = {".glsl", ".vert", ".frag", ".json"}
+_DATA_SUFFIXES = {".glsl", ".vert", ".frag", ".json", ".npz"}
 _INSTALLED = {"site-packages", "dist-packages"}
 _BLOCKS = ("body", "orelse", "handlers", "finalbody", "cases")
 """Fields of the syntax tree that hold statements, and lists of them."""
@@ -47,10 +47,10 @@ def code_digest(*modules: str) -> str:
     *modules : str
         Dotted names. Of simbench, each module counts with those that it imports
         (deferred imports too, imports for type checking not) or names in a string, and
-        the data files (shaders) of their packages. Of a user's own code, the whole
-        top-level package or file counts, and what it imports that is not installed:
-        an installed package changes by its version, which counts too, see
-        `simbench.runtime.versions.versions`.
+        the data files (shaders, weights) of their packages, a file in the innermost
+        package around it. Of a user's own code, the whole top-level package or file
+        counts, and what it imports that is not installed: an installed package changes
+        by its version, which counts too, see `simbench.runtime.versions.versions`.
 
     Returns
     -------
@@ -112,9 +112,14 @@ def _with_data(files: dict[str, Path]) -> dict[str, Path]:
     for name, path in files.items():
         if _is_own(name) and path.name == "__init__.py":
             for data in path.parent.rglob("*"):
-                if data.suffix in _DATA_SUFFIXES:
+                if data.suffix in _DATA_SUFFIXES and _package_of(data) == path.parent:
                     found[f"{name}/{data.relative_to(path.parent)}"] = data
     return found
+
+
+def _package_of(data: Path) -> Path:
+    """Return the innermost package that a file is in."""
+    return next(one for one in data.parents if (one / "__init__.py").is_file())
 
 
 def _is_own(module: str) -> bool:

@@ -13,6 +13,7 @@ from simbench.datasets.channels import CHANNELS
 from simbench.datasets.formats import FORMATS
 from simbench.evaluation.measures.rules import RULES
 from simbench.evaluation.protocols.starts import PROTOCOLS
+from simbench.learning.training import TRAININGS
 from simbench.scenarios.files.library import list_scenarios
 from simbench.trackers.find_tracker import list_trackers
 from tests.cli.test_start_up import HEAVY
@@ -90,6 +91,7 @@ def test_names_agree_with_the_rooms_that_have_them() -> None:
     assert names.CHANNELS == CHANNELS
     assert tuple(RULES) == names.RULES
     assert names.PROTOCOLS == PROTOCOLS
+    assert tuple(TRAININGS) == names.TRAININGS
     assert names.scenario_names() == list_scenarios()
     ours = [name for name in list_trackers() if not name.startswith("opencv:")]
     assert names.tracker_names() == ours

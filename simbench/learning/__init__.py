@@ -1,0 +1,1 @@
+"""Training of networks on generated films: ``simbench train``."""

@@ -1,0 +1,1 @@
+"""Training of the stacked denoising auto-encoder that appearance models read."""

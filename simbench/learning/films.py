@@ -1,0 +1,87 @@
+"""Films of a training, generated once and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from simbench.core.errors import SimbenchError
+from simbench.experiments.film_store import user_cache
+from simbench.generation.dataset.produce import produce_dataset
+from simbench.generation.dataset.request import DatasetRequest, SeededRecipe
+from simbench.learning.recipe import FilmList
+from simbench.runtime.code_digest import digest_of
+from simbench.runtime.run_jobs import Progress
+from simbench.runtime.scratch import scratch_folder
+from simbench.scenarios.files.loading import load_recipes
+
+__all__ = ["film_request", "films_place", "training_films"]
+
+
+def film_request(films: FilmList) -> DatasetRequest:
+    """Return the request for a data set that consists of the films.
+
+    Raises
+    ------
+    SimbenchError
+        If there is no such scenario, or two have the same name.
+    """
+    recipes = [
+        recipe.shortened(films.frames)
+        for name in films.scenarios
+        for recipe in load_recipes(name)
+    ]
+    batches = tuple(SeededRecipe(recipe, films.seeds) for recipe in recipes)
+    return DatasetRequest(batches, cameras=films.cameras)
+
+
+@contextmanager
+def films_place(request: DatasetRequest) -> Iterator[Path]:
+    """Yield the folder of the films: in the user's cache, or else a temporary one.
+
+    Its name is a digest of all that decides the films, code and libraries included.
+    """
+    store = user_cache("training")
+    try:
+        if store is not None:
+            store.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        store = None
+    if store is None:
+        with scratch_folder("training-") as folder:
+            yield Path(folder) / "films"
+        return
+    yield store / digest_of([one.key for one in request])[:16]
+
+
+def training_films(
+    request: DatasetRequest, place: Path, *, jobs: int, progress: Progress
+) -> list[Path]:
+    """Generate the films that do not exist yet, and return the folder of each.
+
+    Parameters
+    ----------
+    request : DatasetRequest
+    place : Path
+        See `films_place`.
+    jobs : int
+        Worker processes at a time.
+    progress : callable of (done, total, what)
+
+    Returns
+    -------
+    list of Path
+        Sequences in our own layout, in the order of the request.
+
+    Raises
+    ------
+    SimbenchError
+        If one cannot be generated.
+    """
+    result = produce_dataset(
+        request, str(place), command="simbench train", jobs=jobs, progress=progress
+    )
+    for name, reason in result.failed.items():
+        raise SimbenchError(f"films: {name}: {reason}")
+    return [place / one.name for one in request]

@@ -1,0 +1,108 @@
+"""Recipes of trainings: which films a network learns from, and how."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Final, TypeVar
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from simbench.core.errors import SimbenchError
+from simbench.scenarios.files.mistake_lines import scenario_error
+from simbench.scenarios.files.yaml_reader import read_yaml
+from simbench.scenarios.schema.mistakes import mistakes_in
+from simbench.scenarios.schema.strict_model import StrictModel
+
+__all__ = [
+    "FIRST_TRAINING_SEED",
+    "FilmList",
+    "TrainingRecipe",
+    "read_recipe",
+    "shipped_recipe",
+]
+
+FIRST_TRAINING_SEED: Final = 10_000
+"""Films of seeds below it report (0 to 99) or tune (from 1000 on): none may train."""
+_MOST_FILMS: Final = 10_000
+
+TrainingSeed = Annotated[int, Field(ge=FIRST_TRAINING_SEED, lt=10**9)]
+
+
+class FilmList(StrictModel):
+    """Films that a network learns from.
+
+    Attributes
+    ----------
+    scenarios : tuple of str
+        Names of the library, with a variant as NAME@VARIANT, or YAML files.
+    seeds : tuple of int
+        Of each scenario, at least `FIRST_TRAINING_SEED`.
+    cameras : int
+        How many film each simulation: those of the scenario first, see
+        `simbench.generation.more_cameras`.
+    frames : int
+        Length that longer films are cut to.
+    """
+
+    scenarios: tuple[str, ...] = Field(min_length=1, max_length=1000)
+    seeds: tuple[TrainingSeed, ...] = Field(min_length=1, max_length=_MOST_FILMS)
+    cameras: int = Field(default=1, ge=1, le=32)
+    frames: int = Field(ge=2, le=100_000)
+
+    @field_validator("scenarios", "seeds")
+    @classmethod
+    def _are_distinct(cls, values: tuple[object, ...]) -> tuple[object, ...]:
+        if len(set(values)) < len(values):
+            raise ValueError("expected each once, got one more than once")
+        return values
+
+    @model_validator(mode="after")
+    def _are_few(self) -> FilmList:
+        if (count := len(self)) > _MOST_FILMS:
+            raise ValueError(f"expected at most {_MOST_FILMS} films, got {count}")
+        return self
+
+    def __len__(self) -> int:
+        """Return the number of films."""
+        return len(self.scenarios) * len(self.seeds) * self.cameras
+
+
+class TrainingRecipe(StrictModel):
+    """What every recipe has; a training adds its own keys.
+
+    Attributes
+    ----------
+    films : FilmList
+    """
+
+    films: FilmList
+
+
+Recipe = TypeVar("Recipe", bound=TrainingRecipe)
+
+
+def shipped_recipe(name: str) -> Path:
+    """Return the file of the recipe that comes with simbench for a training."""
+    return Path(__file__).parent / "recipes" / f"{name}.yaml"
+
+
+def read_recipe(path: Path, kind: type[Recipe]) -> Recipe:
+    """Read a recipe from a YAML file.
+
+    Parameters
+    ----------
+    path : Path
+    kind : type
+        Model of the recipe.
+
+    Raises
+    ------
+    SimbenchError
+        With a line for each mistake, ``FILE:LINE: key: expected X, got Y``.
+    """
+    content = read_yaml(path)
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        found: SimbenchError = scenario_error(path, mistakes_in(error, kind))
+        raise found from None

@@ -1,0 +1,80 @@
+"""Recipes of trainings: what ships is valid, and mistakes are one line each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simbench.core.errors import SimbenchError
+from simbench.learning.films import film_request
+from simbench.learning.recipe import FIRST_TRAINING_SEED, read_recipe, shipped_recipe
+from simbench.learning.training import TRAININGS, find_training
+from simbench.learning.weights_card import refuse_existing
+
+FILMS = "films: {{scenarios: {0}, seeds: {1}, frames: {2}}}\n"
+LEARN = """\
+patches: 200
+noise: 0.5
+layers: [16, 8]
+layer_iterations: 30
+joint_iterations: 30
+batch: 32
+rate: 0.001
+"""
+
+
+@pytest.mark.parametrize("name", TRAININGS)
+def test_shipped_recipe_is_valid_and_trains_on_training_seeds(name: str) -> None:
+    training = find_training(name)
+    recipe = read_recipe(shipped_recipe(name), training.recipe)
+    request = film_request(recipe.films)
+    assert len(request) == len(recipe.films)
+    assert min(one.seed for one in request) >= FIRST_TRAINING_SEED
+
+
+@pytest.mark.parametrize(
+    ("films", "message"),
+    [
+        pytest.param(
+            ("[smoke]", "[10000, 99]", "6"),
+            "r.yaml:1: films.seeds.1: expected at least 10000, got 99",
+            id="a seed of reports",
+        ),
+        pytest.param(
+            ("[]", "[10000]", "6"),
+            "r.yaml:1: films.scenarios: expected at least 1 items, got a list of 0",
+            id="no scenario",
+        ),
+        pytest.param(
+            ("[smoke]", "[10000, 10000]", "6"),
+            "films.seeds: expected each once, got one more than once",
+            id="a seed twice",
+        ),
+        pytest.param(
+            ("[smoke]", "[10000]", "1"),
+            "films.frames: expected at least 2, got 1",
+            id="too short",
+        ),
+    ],
+)
+def test_mistake_in_a_recipe_is_one_line(
+    films: tuple[str, ...], message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.yaml"
+    path.write_text(FILMS.format(*films) + LEARN)
+    with pytest.raises(SimbenchError) as caught:
+        read_recipe(path, find_training("encoder").recipe)
+    assert message in str(caught.value)
+    assert len(caught.value.lines) == 1
+
+
+def test_existing_weights_and_other_files_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "encoder.npz"
+    refuse_existing(out, replace=False)
+    (tmp_path / "encoder.json").touch()
+    with pytest.raises(SimbenchError, match=r"encoder\.json: exists: pass --replace"):
+        refuse_existing(out, replace=False)
+    refuse_existing(out, replace=True)
+    with pytest.raises(SimbenchError, match=r"--out: expected a file named \.npz"):
+        refuse_existing(tmp_path / "encoder.pt", replace=True)

@@ -1,0 +1,76 @@
+"""Files of trained weights: arrays without pickle, with a card that holds a digest."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.bounded_read import parse_json, read_regular
+from simbench.core.errors import DatasetError, TrackerError
+
+__all__ = ["card_path", "pack_weights", "read_weights"]
+
+MOST_BYTES: Final = 64 * 2**20
+_MOST_CARD_BYTES: Final = 2**20
+_FIXED_DATE: Final = (1980, 1, 1, 0, 0, 0)
+"""Of entries: the same arrays give the same bytes."""
+
+
+def card_path(path: Path) -> Path:
+    """Return the card of a file of weights, which is beside it."""
+    return path.with_suffix(".json")
+
+
+def pack_weights(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return arrays as the bytes of an .npz file, the same for the same arrays."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays.items():
+            packed = io.BytesIO()
+            np.lib.format.write_array(
+                packed, np.ascontiguousarray(array), allow_pickle=False
+            )
+            entry = zipfile.ZipInfo(f"{name}.npy", _FIXED_DATE)
+            archive.writestr(entry, packed.getvalue())
+    return content.getvalue()
+
+
+def read_weights(path: Path) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a file of weights by name, after a check of its digest.
+
+    Parameters
+    ----------
+    path : Path
+        An .npz file; its card, of the same name with ``.json``, is beside it.
+
+    Raises
+    ------
+    TrackerError
+        If either cannot be read, or the file is not the one of the card.
+    """
+    try:
+        content = read_regular(path, MOST_BYTES)
+        card = parse_json(
+            read_regular(card_path(path), _MOST_CARD_BYTES), card_path(path)
+        )
+    except DatasetError as error:
+        raise TrackerError(f"weights: {error}") from None
+    expected = card.get("sha256") if isinstance(card, dict) else None
+    found = hashlib.sha256(content).hexdigest()
+    if found != expected:
+        raise TrackerError(
+            f"weights: {path}: expected SHA-256 {str(expected)[:64]} as in "
+            f"{card_path(path).name}, got {found}"
+        )
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, zipfile.BadZipFile, AttributeError) as error:
+        raise TrackerError(f"weights: {path}: expected an .npz file: {error}") from None

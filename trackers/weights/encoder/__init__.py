@@ -1,0 +1,1 @@
+"""Weights of the stacked denoising auto-encoder: ``simbench train encoder``."""
