@@ -18,7 +18,10 @@ __all__ = ["TRAININGS", "Arrays", "Training", "find_training"]
 
 Arrays = Mapping[str, NDArray[np.floating[Any]]]
 
-TRAININGS: Final = {"encoder": "simbench.learning.encoder.train_encoder"}
+TRAININGS: Final = {
+    "encoder": "simbench.learning.encoder.train_encoder",
+    "nbrf": "simbench.learning.nbrf",
+}
 """Modules of the trainings by name; each has a `Training` named ``TRAINING``."""
 
 

@@ -31,7 +31,7 @@ def test_unknown_network_is_refused_with_the_nearest_name(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert execute(["train", "encode"]) == 2
-    assert "NAME: expected encoder, got 'encode'" in capsys.readouterr().err
+    assert "NAME: expected encoder or nbrf, got 'encode'" in capsys.readouterr().err
 
 
 @pytest.mark.train

@@ -1,0 +1,1 @@
+"""Weights of the networks of NBRF, with their card."""
