@@ -1,0 +1,165 @@
+"""A Siamese network, run on square crops without PyTorch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+import simbench.trackers.weights.siamfc
+from simbench.core.errors import TrackerError
+from simbench.trackers.parts.convolution import (
+    convolve,
+    convolve_3x3,
+    largest_of_3x3,
+    winograd_weights,
+)
+from simbench.trackers.parts.square_crops import EXEMPLAR_SAMPLES
+from simbench.trackers.parts.weights_file import read_weights
+
+__all__ = [
+    "KERNELS",
+    "LEVEL_MEAN",
+    "LEVEL_SPREAD",
+    "RESPONSE_SIDE",
+    "STRIDE",
+    "SiameseNetwork",
+    "load_siamfc",
+]
+
+KERNELS: Final = (7, 3, 3, 3, 3)
+"""Sides of the convolutions; the first has a stride of 2 and is pooled by 2."""
+STRIDE: Final = 4
+"""Samples of a crop from one feature to the next."""
+RESPONSE_SIDE: Final = 17
+"""Places at which an exemplar is compared with a search region, along each side."""
+LEVEL_MEAN, LEVEL_SPREAD = 114.0, 58.0
+"""Of the grey levels that the first layer expects with mean 0 and deviation 1."""
+
+Picture = NDArray[np.float32]
+
+
+class SiameseNetwork:
+    """Convolutions from square crops to features, and their correlation.
+
+    Parameters
+    ----------
+    arrays : mapping from str to array
+        ``weights_K``, (outputs, inputs, k, k), and ``biases_K``, (outputs,), of the
+        five convolutions, and ``response``, (2,): scale and bias of the responses.
+
+    References
+    ----------
+    Bertinetto, Valmadre, Henriques, Vedaldi, Torr, "Fully-convolutional Siamese
+    networks for object tracking", ECCV workshops 2016, section 2, with fewer channels
+    and smaller crops.
+
+    """
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        try:
+            self._first, *self._others = _folded(arrays)
+            self._scale, self._bias = (float(each) for each in arrays["response"])
+            self.exemplar(np.zeros((EXEMPLAR_SAMPLES, EXEMPLAR_SAMPLES, 3), np.uint8))
+        except (KeyError, ValueError, TypeError) as error:
+            raise TrackerError(
+                f"weights: expected those of a Siamese network, got others: {error}"
+            ) from None
+
+    def exemplar(self, crop: NDArray[np.uint8]) -> Picture:
+        """Return what search regions are compared with, (6 * 6, C).
+
+        Parameters
+        ----------
+        crop : (64, 64, 3) uint8, RGB
+            The target, see `simbench.trackers.parts.square_crops`.
+        """
+        found = self._features(crop)
+        channels = found.shape[-1]
+        flat: Picture = found.reshape(-1, channels)
+        return flat * np.float32(self._scale / np.sqrt(flat.size))
+
+    def responses(
+        self, exemplar: Picture, crops: NDArray[np.uint8]
+    ) -> NDArray[np.float32]:
+        """Return the responses of search regions to an exemplar, (K, 17, 17).
+
+        Parameters
+        ----------
+        exemplar : (6 * 6, C) float32
+            As of `exemplar`.
+        crops : (K, 128, 128, 3) uint8, RGB
+
+        Returns
+        -------
+        (K, 17, 17) float32
+            Log odds that the target is there; `STRIDE` samples apart, the middle one
+            in the middle of the crop.
+        """
+        return np.stack([self._response(exemplar, crop) for crop in crops])
+
+    def _response(self, exemplar: Picture, crop: NDArray[np.uint8]) -> Picture:
+        found = self._features(crop)
+        rows, columns, channels = found.shape
+        side = round(len(exemplar) ** 0.5)
+        height, width = rows - side + 1, columns - side + 1
+        products = (exemplar @ found.reshape(-1, channels).T).reshape(
+            side, side, rows, columns
+        )
+        total = np.full((height, width), self._bias, np.float32)
+        for down in range(side):
+            for right in range(side):
+                total += products[
+                    down, right, down : down + height, right : right + width
+                ]
+        return total
+
+    def _features(self, crop: NDArray[np.uint8]) -> Picture:
+        """Return the features of a crop, (n, n, C)."""
+        weights, biases = self._first
+        values = convolve(crop.astype(np.float32), weights, KERNELS[0], 2)
+        values = largest_of_3x3(values)
+        values += biases  # as if before the maximum, but of fewer values
+        np.maximum(values, 0.0, out=values)
+        for number, (weights, biases) in enumerate(self._others, 1):
+            is_last = number == len(self._others)
+            values = convolve_3x3(
+                values, weights, biases, -math.inf if is_last else 0.0
+            )
+        return values
+
+
+@cache
+def load_siamfc(path: str = "") -> SiameseNetwork:
+    """Return the network of a file, see `read_weights`; by default the shipped one.
+
+    Raises
+    ------
+    TrackerError
+        If the file cannot be read, or holds no such network.
+    """
+    folder = Path(simbench.trackers.weights.siamfc.__file__).parent
+    return SiameseNetwork(read_weights(Path(path) if path else folder / "weights.npz"))
+
+
+def _folded(
+    arrays: Mapping[str, NDArray[Any]],
+) -> list[tuple[Picture, Picture]]:
+    """Return weights and biases, as of `convolution`; the first takes grey levels."""
+    layers = []
+    for number in range(len(KERNELS)):
+        weights = arrays[f"weights_{number}"].astype(np.float32)
+        biases = arrays[f"biases_{number}"].astype(np.float32)
+        if number == 0:
+            weights = weights / np.float32(LEVEL_SPREAD)
+            biases = biases - np.float32(LEVEL_MEAN) * weights.sum(axis=(1, 2, 3))
+            matrix = weights.transpose(2, 3, 1, 0).reshape(-1, len(weights))
+            layers.append((np.ascontiguousarray(matrix), biases))
+        else:
+            layers.append((winograd_weights(weights), biases))
+    return layers

@@ -1,0 +1,149 @@
+"""SiamFC: search for the first appearance with a Siamese network."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from simbench.core.box import Box
+from simbench.core.errors import TrackerError
+from simbench.core.frame import Frame
+from simbench.core.tracker import Estimate
+from simbench.trackers.parts.siamese_network import RESPONSE_SIDE, STRIDE, load_siamfc
+from simbench.trackers.parts.square_crops import (
+    EXEMPLAR_SAMPLES,
+    SEARCH_SAMPLES,
+    context_side,
+    square_crops,
+)
+from simbench.trackers.parts.weights_file import card_path
+
+__all__ = ["SiamFc"]
+
+GROWTH_RANGE = (0.2, 8.0)  # of the first box
+FINER = 8  # responses are interpolated to so many times as many
+MIN_SIDE_PX = 2.0  # of the target
+
+
+@dataclass(kw_only=True, eq=False)
+class SiamFc:
+    """Search for the first appearance of the target with a Siamese network.
+
+    In each frame: crop a square around the last place in three sizes, compare each
+    with the first appearance, and move to the best response. Nothing is learnt on the
+    way. The network was trained on generated films only.
+
+    Parameters
+    ----------
+    scale_step : float
+        Ratio of two sizes.
+    scale_weight : float, in (0, 1]
+        Factor on the response to a size other than the last.
+    scale_rate : float, in [0, 1]
+        Share of a change of size that is made in a frame.
+    window : float, in [0, 1]
+        Weight of a cosine window, which prefers small motions, in the response.
+    weights : str
+        Another file of weights, an .npz of ``simbench train siamfc``.
+
+    References
+    ----------
+    Bertinetto, Valmadre, Henriques, Vedaldi, Torr, "Fully-convolutional Siamese
+    networks for object tracking", ECCV workshops 2016, section 3.1.
+
+    Notes
+    -----
+    Sizes, weights and rates are those of the authors' code with three scales
+    (SiamFC-3s); the window's weight is larger, since the search region is half as
+    large. The network is smaller, and sees crops of 64 and 128 samples. Confidence is
+    the logistic function of the greatest response, which was trained as the log odds
+    that the target is there.
+    """
+
+    scale_step: float = 1.0375
+    scale_weight: float = 0.9745
+    scale_rate: float = 0.59
+    window: float = 0.3
+    weights: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the parameters, and read the weights."""
+        if not self.scale_step > 1.0:
+            raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
+        for name in ("scale_weight", "scale_rate", "window"):
+            if not 0.0 <= (value := getattr(self, name)) <= 1.0:
+                raise TrackerError(f"{name} must be in [0, 1], got {value}")
+        self._network = load_siamfc(self.weights)
+        given = Path(self.weights)
+        self.data_files = (given, card_path(given)) if self.weights else ()
+        cosine = np.hanning(FINER * RESPONSE_SIDE)
+        self._cosine = np.outer(cosine, cosine) / cosine.sum() ** 2
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
+        """Initialise on a frame in which ``box`` (px) bounds the target."""
+        self._x, self._y = _inside(frame, *box.center)
+        self._size = (max(box.width, MIN_SIDE_PX), max(box.height, MIN_SIDE_PX))
+        self._growth = 1.0
+        self._side = context_side(*self._size)
+        crop = square_crops(
+            frame.image, self._x, self._y, [self._side], EXEMPLAR_SAMPLES
+        )[0]
+        self._exemplar = self._network.exemplar(crop)
+
+    def update(self, frame: Frame) -> Estimate:
+        """Return the estimate of the target in the next frame."""
+        scales = (1.0 / self.scale_step, 1.0, self.scale_step)
+        side = SEARCH_SAMPLES / EXEMPLAR_SAMPLES * self._side * self._growth
+        sides = [side * scale for scale in scales]
+        crops = square_crops(frame.image, self._x, self._y, sides, SEARCH_SAMPLES)
+        responses = self._network.responses(self._exemplar, crops)
+        best = self._best_scale(responses)
+        right, down = self._shift(responses[best])
+        step = sides[best] / SEARCH_SAMPLES
+        self._x, self._y = _inside(frame, self._x + right * step, self._y + down * step)
+        change = 1.0 + self.scale_rate * (scales[best] - 1.0)
+        low, high = GROWTH_RANGE
+        self._growth = min(max(self._growth * change, low), high)
+        width, height = (self._growth * side for side in self._size)
+        odds = float(responses[best].max())
+        return Estimate(
+            Box.from_center(self._x, self._y, width, height),
+            confidence=1.0 / (1.0 + math.exp(-min(max(odds, -50.0), 50.0))),
+        )
+
+    def _best_scale(self, responses: NDArray[np.float32]) -> int:
+        """Return the index of the scale with the best maximum, the last preferred."""
+        highest = [float(_finer(each).max()) for each in responses]
+        for index in (0, 2):
+            value, weight = highest[index], max(self.scale_weight, 1e-6)
+            highest[index] = value * weight if value > 0.0 else value / weight
+        return int(np.argmax(highest))
+
+    def _shift(self, response: NDArray[np.float32]) -> tuple[float, float]:
+        """Return how far right and down the target is, in samples of a crop."""
+        finer = _finer(response).astype(np.float64)
+        finer -= finer.min()
+        finer /= max(float(finer.sum()), 1e-9)
+        finer = (1.0 - self.window) * finer + self.window * self._cosine
+        row, column = divmod(int(finer.argmax()), finer.shape[1])
+        middle = (FINER * RESPONSE_SIDE - 1) / 2.0
+        step = STRIDE / FINER
+        return step * (column - middle), step * (row - middle)
+
+
+def _finer(response: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a response, interpolated to `FINER` times as many places."""
+    side = FINER * RESPONSE_SIDE
+    finer = cv2.resize(response, (side, side), interpolation=cv2.INTER_CUBIC)
+    return np.asarray(finer, np.float32)
+
+
+def _inside(frame: Frame, x: float, y: float) -> tuple[float, float]:
+    """Return a place, moved into the picture, px."""
+    height, width = frame.image.shape[:2]
+    return min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)

@@ -1,0 +1,1 @@
+"""Weights of the Siamese network: ``simbench train siamfc``."""
