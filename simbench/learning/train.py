@@ -60,7 +60,7 @@ def train(
     Raises
     ------
     SimbenchError
-        If PyTorch is missing, the recipe is wrong, a film cannot be generated, or a
+        If PyTorch is missing, the recipe is wrong, films cannot be generated, or a
         file cannot be written.
     """
     training = find_training(name)
@@ -76,6 +76,7 @@ def train(
         with show(f"train {name}", None) as progress:
             data = training.prepare(recipe, folders, place, seed, progress)
             arrays = training.train(recipe, data, seed, progress)
+    made = {folder.name for folder in folders}
     return write_weights(
         out,
         arrays,
@@ -83,5 +84,6 @@ def train(
         recipe=recipe,
         seed=seed,
         films=digest_of([one.key for one in request]),
+        left_out=[one.name for one in request if one.name not in made],
         versions_of={"torch": version("torch")} if training.needs_torch else {},
     )

@@ -21,6 +21,7 @@ Arrays = Mapping[str, NDArray[np.floating[Any]]]
 TRAININGS: Final = {
     "encoder": "simbench.learning.encoder.train_encoder",
     "nbrf": "simbench.learning.nbrf",
+    "siamfc": "simbench.learning.siamese.train_siamfc",
 }
 """Modules of the trainings by name; each has a `Training` named ``TRAINING``."""
 

@@ -41,6 +41,7 @@ def write_weights(
     recipe: TrainingRecipe,
     seed: int,
     films: str,
+    left_out: list[str],
     versions_of: dict[str, str],
 ) -> str:
     """Write weights and, last, the card beside them; return the file's SHA-256, as hex.
@@ -55,6 +56,8 @@ def write_weights(
         What it was called with.
     films : str
         Digest of the films.
+    left_out : list of str
+        Names of those that could not be generated.
     versions_of : dict from str to str
         Versions of what is needed to train only, beside those of `versions`.
     """
@@ -69,6 +72,7 @@ def write_weights(
         "seed": seed,
         "recipe": recipe.model_dump(mode="json"),
         "films": films,
+        "films_left_out": left_out,
         "commit": _commit(),
         "code": package_digest(),
         "versions": versions() | versions_of,

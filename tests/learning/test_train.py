@@ -31,7 +31,8 @@ def test_unknown_network_is_refused_with_the_nearest_name(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert execute(["train", "encode"]) == 2
-    assert "NAME: expected encoder or nbrf, got 'encode'" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "NAME: expected encoder, nbrf or siamfc, got 'encode'" in error
 
 
 @pytest.mark.train

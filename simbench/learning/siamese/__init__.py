@@ -1,0 +1,1 @@
+"""Training of Siamese networks, which find a target by its first appearance."""
