@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from simbench.core.errors import SimbenchError
@@ -15,6 +16,8 @@ from simbench.runtime.code_digest import digest_of
 from simbench.runtime.run_jobs import Progress
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.files.loading import load_recipes
+from simbench.scenarios.files.recipe import Recipe
+from simbench.scenarios.schema.view import Imaging
 
 __all__ = ["film_request", "films_place", "training_films"]
 
@@ -30,12 +33,36 @@ def film_request(films: FilmList) -> DatasetRequest:
         If there is no such scenario, or two have the same name.
     """
     recipes = [
-        recipe.shortened(films.frames)
+        _imaged(recipe, films).shortened(films.frames)
         for name in films.scenarios
         for recipe in load_recipes(name)
     ]
     batches = tuple(SeededRecipe(recipe, films.seeds) for recipe in recipes)
     return DatasetRequest(batches, cameras=films.cameras)
+
+
+def _imaged(recipe: Recipe, films: FilmList) -> Recipe:
+    """Return a recipe with the width and samples of a list of films.
+
+    Raises
+    ------
+    SimbenchError
+        If a width is listed, and the recipe samples its own.
+    """
+    imaging = dict(recipe.content.get("imaging") or {})
+    if films.width_px is not None:
+        fields = Imaging.model_fields
+        sides = [imaging.get(k, fields[k].default) for k in ("width_px", "height_px")]
+        if not all(isinstance(side, int) for side in sides):
+            raise SimbenchError(
+                f"films.width_px: expected a fixed size in {recipe.source}, "
+                "got one that is sampled"
+            )
+        height = 2 * round(films.width_px * sides[1] / sides[0] / 2.0)
+        imaging |= {"width_px": films.width_px, "height_px": height}
+    if films.samples is not None:
+        imaging["samples"] = films.samples
+    return replace(recipe, content={**recipe.content, "imaging": imaging})
 
 
 @contextmanager

@@ -42,12 +42,19 @@ class FilmList(StrictModel):
         `simbench.generation.more_cameras`.
     frames : int
         Length that longer films are cut to.
+    width_px : int or None
+        Of the pictures, in place of that of each scenario; their shape stays.
+    samples : int or None
+        For each pixel and side, in place of those of each scenario. Most of the time
+        of a short film is spent on pixels: one sample takes half of it.
     """
 
     scenarios: tuple[str, ...] = Field(min_length=1, max_length=1000)
     seeds: tuple[TrainingSeed, ...] = Field(min_length=1, max_length=_MOST_FILMS)
     cameras: int = Field(default=1, ge=1, le=32)
     frames: int = Field(ge=2, le=100_000)
+    width_px: int | None = Field(default=None, ge=64, le=3840)
+    samples: int | None = Field(default=None, ge=1, le=4)
 
     @field_validator("scenarios", "seeds")
     @classmethod

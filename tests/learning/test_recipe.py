@@ -8,7 +8,12 @@ import pytest
 
 from simbench.core.errors import SimbenchError
 from simbench.learning.films import film_request
-from simbench.learning.recipe import FIRST_TRAINING_SEED, read_recipe, shipped_recipe
+from simbench.learning.recipe import (
+    FIRST_TRAINING_SEED,
+    FilmList,
+    read_recipe,
+    shipped_recipe,
+)
 from simbench.learning.training import TRAININGS, find_training
 from simbench.learning.weights_card import refuse_existing
 
@@ -67,6 +72,20 @@ def test_mistake_in_a_recipe_is_one_line(
         read_recipe(path, find_training("encoder").recipe)
     assert message in str(caught.value)
     assert len(caught.value.lines) == 1
+
+
+def test_films_have_the_listed_width_and_the_shape_of_their_scenario() -> None:
+    films = FilmList(
+        scenarios=("two-way-curve", "smoke"),
+        seeds=(10000,),
+        frames=8,
+        width_px=320,
+        samples=1,
+    )
+    images = [one.recipe.scenario(one.seed).imaging for one in film_request(films)]
+    assert [each.samples for each in images] == [1, 1]
+    assert [each.width_px for each in images] == [320, 320]
+    assert [each.height_px for each in images] == [200, 240]  # of 640 x 400, 160 x 120
 
 
 def test_existing_weights_and_other_files_are_refused(tmp_path: Path) -> None:
