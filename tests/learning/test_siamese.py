@@ -14,6 +14,7 @@ from simbench.core.box import Box
 from simbench.core.errors import SimbenchError
 from simbench.datasets.native import write_sequence
 from simbench.learning.recipe import read_recipe
+from simbench.learning.siamese.losses import response_labels
 from simbench.learning.siamese.pairs import PairSampler
 from simbench.learning.siamese.photometric import change_picture, sample_tone
 from simbench.learning.siamese.siamese_recipe import (
@@ -22,11 +23,8 @@ from simbench.learning.siamese.siamese_recipe import (
     Photometry,
     SiameseRecipe,
 )
-from simbench.learning.siamese.train_siamfc import (
-    learning_rate,
-    response_labels,
-    train_siamfc,
-)
+from simbench.learning.siamese.train_siamfc import train_siamfc
+from simbench.learning.siamese.training_loop import learning_rate
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
 from simbench.trackers.parts.siamese_network import SiameseNetwork

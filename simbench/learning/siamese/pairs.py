@@ -30,11 +30,14 @@ class Pairs:
     offsets : (B, 2) float32
         Right and down from the middle of the search region to that of the vehicle, in
         samples.
+    sizes : (B, 2) float32
+        Width and height of the vehicle's box in the search region, in samples.
     """
 
     exemplars: NDArray[np.float32]
     searches: NDArray[np.float32]
     offsets: NDArray[np.float32]
+    sizes: NDArray[np.float32]
 
 
 class PairSampler:
@@ -53,7 +56,7 @@ class PairSampler:
         settings: PairSettings,
         photometry: Photometry | None,
     ) -> None:
-        self._pictures = crops.pictures
+        self._pictures, self._sizes = crops.pictures, crops.sizes
         self._settings, self._photometry = settings, photometry
         edges = np.flatnonzero(np.diff(crops.vehicles)) + 1
         self._of_vehicle = np.split(np.arange(len(crops.vehicles)), edges)
@@ -64,18 +67,19 @@ class PairSampler:
         chosen = rng.choice(total, count, replace=total < count)
         exemplars = np.empty((count, EXEMPLAR_SAMPLES, EXEMPLAR_SAMPLES, 3), np.float32)
         searches = np.empty((count, SEARCH_SAMPLES, SEARCH_SAMPLES, 3), np.float32)
-        offsets = np.empty((count, 2), np.float32)
+        offsets, sizes = np.empty((2, count, 2), np.float32)
         for index, vehicle in enumerate(chosen):
             first, second = rng.choice(self._of_vehicle[vehicle], 2, replace=False)
             offsets[index] = rng.uniform(-1.0, 1.0, 2) * self._settings.shift
-            exemplar, search = self._cut(first, second, offsets[index], rng)
+            exemplar, search, growth = self._cut(first, second, offsets[index], rng)
+            sizes[index] = growth * self._sizes[second]
             if self._photometry is None:
                 exemplars[index], searches[index] = exemplar, search
                 continue
             tone = sample_tone(self._photometry, rng)
             exemplars[index] = change_picture(exemplar, tone, self._photometry, rng)
             searches[index] = change_picture(search, tone, self._photometry, rng)
-        return Pairs(exemplars, searches, offsets)
+        return Pairs(exemplars, searches, offsets, sizes)
 
     def _cut(
         self,
@@ -83,8 +87,8 @@ class PairSampler:
         second: int,
         offset: NDArray[np.float32],
         rng: np.random.Generator,
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return exemplar and search region, cut from two crops of one vehicle."""
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
+        """Return exemplar, search region, and how much larger this one shows it."""
         own = self._settings
         mirror = rng.random() < own.flip
         exemplar = _shifted(
@@ -94,17 +98,18 @@ class PairSampler:
             own.exemplar_shift * rng.uniform(-1.0, 1.0, 2),
             mirror=mirror,
         )
+        growth = 1.0 + own.growth * rng.uniform(-1.0, 1.0)
         search = _shifted(
             self._pictures[second],
             SEARCH_SAMPLES,
-            1.0 + own.growth * rng.uniform(-1.0, 1.0),
+            growth,
             offset.astype(np.float64),
             mirror=mirror,
         )
         if rng.random() < own.occluder:
             other = self._pictures[rng.integers(len(self._pictures))]
             _occlude(search, other, rng)
-        return exemplar, search
+        return exemplar, search, growth
 
 
 def _shifted(
