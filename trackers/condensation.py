@@ -26,7 +26,11 @@ from simbench.trackers.parts.course import Course
 from simbench.trackers.parts.courses import Courses
 from simbench.trackers.parts.filter_step import FilterStep
 from simbench.trackers.parts.kld_sampling import KldSampling
-from simbench.trackers.parts.parameter_checks import check_choice
+from simbench.trackers.parts.parameter_checks import (
+    check_choice,
+    check_counts,
+    check_shares,
+)
 from simbench.trackers.parts.particle_cloud import ParticleCloud
 from simbench.trackers.parts.resampling import SCHEMES
 
@@ -174,14 +178,10 @@ class Condensation:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("particles", "samples"):
-            if (value := getattr(self, name)) < 1:
-                raise TrackerError(f"{name} must be at least 1, got {value}")
+        check_counts(self, "particles", "samples")
         if not self.sigma > 0.0:
             raise TrackerError(f"sigma must be above 0, got {self.sigma}")
-        for name in ("structure", "learning"):
-            if not 0.0 <= (value := getattr(self, name)) <= 1.0:
-                raise TrackerError(f"{name} must be in [0, 1], got {value}")
+        check_shares(self, "structure", "learning")
         check_choice("resampling", self.resampling, SCHEMES)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:

@@ -78,8 +78,8 @@ class DirectionalAuto(Directional):
         return course
 
     def _gate(self, course: Course) -> tuple[float, float]:
-        wanted = self.spreads * course.spread
-        self.half_angle = min(max(wanted, self.narrowest), self.widest)
+        half_angle = self.spreads * course.spread
+        self.half_angle = min(max(half_angle, self.narrowest), self.widest)
         return self.half_angle, reach(self.half_angle, self.weighting)
 
 

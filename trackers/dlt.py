@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.box import Box
-from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.affine_patches import (
@@ -19,6 +18,7 @@ from simbench.trackers.parts.affine_patches import (
 )
 from simbench.trackers.parts.encoder import load_encoder
 from simbench.trackers.parts.logistic_appearance import LogisticAppearance
+from simbench.trackers.parts.parameter_checks import check_counts
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.transitions import parameter_walk
 
@@ -85,9 +85,7 @@ class Dlt:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("particles", "learn_every"):
-            if (value := getattr(self, name)) < 1:
-                raise TrackerError(f"{name} must be at least 1, got {value}")
+        check_counts(self, "particles", "learn_every")
         load_encoder(self.weights)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:

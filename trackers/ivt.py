@@ -18,6 +18,7 @@ from simbench.trackers.parts.affine_patches import (
     side_limits,
     state_of,
 )
+from simbench.trackers.parts.parameter_checks import check_counts
 from simbench.trackers.parts.resampling import normalised, systematic
 from simbench.trackers.parts.subspace import Subspace
 from simbench.trackers.parts.transitions import brownian
@@ -85,9 +86,7 @@ class Ivt:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("particles", "components", "batch", "side"):
-            if (value := getattr(self, name)) < 1:
-                raise TrackerError(f"{name} must be at least 1, got {value}")
+        check_counts(self, "particles", "components", "batch", "side")
         if not self.variance > 0.0:
             raise TrackerError(f"variance must be above 0, got {self.variance}")
         if not 0.0 < self.forgetting <= 1.0:

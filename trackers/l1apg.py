@@ -20,6 +20,7 @@ from simbench.trackers.parts.affine_patches import (
     side_limits,
     state_of,
 )
+from simbench.trackers.parts.parameter_checks import check_counts
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.sparse_coding import SparseCode, sparse_code
 from simbench.trackers.parts.transitions import brownian
@@ -103,9 +104,7 @@ class L1Apg:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("particles", "templates", "rows", "columns", "iterations"):
-            if (value := getattr(self, name)) < 1:
-                raise TrackerError(f"{name} must be at least 1, got {value}")
+        check_counts(self, "particles", "templates", "rows", "columns", "iterations")
         for name in ("template_penalty", "pixel_penalty", "pixel_ridge"):
             if not (value := getattr(self, name)) >= 0.0:
                 raise TrackerError(f"{name} must be at least 0, got {value}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -17,17 +16,18 @@ from simbench.trackers.parts.nbrf_inputs import (
     motion_inputs,
     probe_offsets,
 )
+from simbench.trackers.parts.parameter_checks import check_choice
 from simbench.trackers.parts.rbf_network import Network
 from simbench.trackers.parts.sir_step import Spread
-from simbench.trackers.parts.weights_file import read_weights
-from simbench.trackers.sirbf import PAPER, Sirbf, require_one_of
+from simbench.trackers.parts.weights_file import read_weights, shipped_weights
+from simbench.trackers.sirbf import PAPER, Sirbf
 from simbench.trackers.weights import nbrf as weights
 
 __all__ = ["CORRECTORS", "SETTINGS", "WEIGHTS", "Nbrf", "nbrf_paper"]
 
 CORRECTORS: Final = ("network", "linear", "none")
 SETTINGS: Final = ("ours", "paper")
-WEIGHTS: Final = Path(weights.__file__).parent / "weights.npz"
+WEIGHTS: Final = shipped_weights(weights)
 MOST_RADII = 5.0  # of a correction
 
 
@@ -105,8 +105,8 @@ class Nbrf(Sirbf):
     def __post_init__(self) -> None:
         """Check the parameters, and read the weights."""
         super().__post_init__()
-        require_one_of("corrector", self.corrector, CORRECTORS)
-        require_one_of("setting", self.setting, SETTINGS)
+        check_choice("corrector", self.corrector, CORRECTORS)
+        check_choice("setting", self.setting, SETTINGS)
         self.motion_network: Network | None = None
         self.estimate_network: Network | None = None
         self.first_spread = 0.0

@@ -15,20 +15,25 @@ from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
+from simbench.trackers.parts.parameter_checks import check_shares
 from simbench.trackers.parts.response_peak import ResponsePeak, finer_response
 from simbench.trackers.parts.siamese_network import SiameseNetwork
 from simbench.trackers.parts.square_crops import (
     EXEMPLAR_SAMPLES,
+    GROWTH_RANGE,
+    MIN_SIDE_PX,
     SEARCH_SAMPLES,
     context_side,
+    inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import card_path, read_weights
+from simbench.trackers.parts.weights_file import (
+    card_path,
+    read_weights,
+    shipped_weights,
+)
 
 __all__ = ["SiamFc"]
-
-GROWTH_RANGE = (0.2, 8.0)  # of the first box
-MIN_SIDE_PX = 2.0  # of the target
 
 
 @dataclass(kw_only=True, eq=False)
@@ -80,9 +85,7 @@ class SiamFc:
             raise TrackerError(
                 f"scale_weight must be in (0, 1], got {self.scale_weight}"
             )
-        for name in ("scale_rate", "window"):
-            if not 0.0 <= (value := getattr(self, name)) <= 1.0:
-                raise TrackerError(f"{name} must be in [0, 1], got {value}")
+        check_shares(self, "scale_rate", "window")
         self._network = _network(self.weights)
         given = Path(self.weights)
         self.data_files = (given, card_path(given)) if self.weights else ()
@@ -90,7 +93,7 @@ class SiamFc:
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
-        self._x, self._y = _inside(frame, *box.center)
+        self._x, self._y = inside(frame.image, *box.center)
         self._size = (max(box.width, MIN_SIDE_PX), max(box.height, MIN_SIDE_PX))
         self._growth = 1.0
         self._side = context_side(*self._size)
@@ -109,7 +112,9 @@ class SiamFc:
         best = self._best_scale(responses)
         right, down = self._peak(responses[best])
         step = sides[best] / SEARCH_SAMPLES
-        self._x, self._y = _inside(frame, self._x + right * step, self._y + down * step)
+        self._x, self._y = inside(
+            frame.image, self._x + right * step, self._y + down * step
+        )
         change = 1.0 + self.scale_rate * (scales[best] - 1.0)
         low, high = GROWTH_RANGE
         self._growth = min(max(self._growth * change, low), high)
@@ -132,11 +137,5 @@ class SiamFc:
 @cache
 def _network(path: str) -> SiameseNetwork:
     """Return the network of a file of weights; of an empty path, that which ships."""
-    folder = Path(simbench.trackers.weights.siamfc.__file__).parent
-    return SiameseNetwork(read_weights(Path(path) if path else folder / "weights.npz"))
-
-
-def _inside(frame: Frame, x: float, y: float) -> tuple[float, float]:
-    """Return a place, moved into the picture, px."""
-    height, width = frame.image.shape[:2]
-    return min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
+    file = Path(path) if path else shipped_weights(simbench.trackers.weights.siamfc)
+    return SiameseNetwork(read_weights(file))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +11,17 @@ import numpy as np
 from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
-from simbench.core.text import did_you_mean
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.colour_likelihood import ColourLikelihood
+from simbench.trackers.parts.parameter_checks import (
+    check_choice,
+    check_counts,
+    check_shares,
+)
 from simbench.trackers.parts.resampling import SCHEMES
 from simbench.trackers.parts.sir_step import SirStep, Spread
 
-__all__ = ["PAPER", "Sirbf", "require_one_of", "sirbf_paper"]
+__all__ = ["PAPER", "Sirbf", "sirbf_paper"]
 
 SCALE_RANGE = (0.1, 10.0)  # of the first box, as in `Condensation`
 STEP_SHARE = 0.25  # of the last step in the mean square step
@@ -114,17 +117,13 @@ class Sirbf:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("particles", "samples"):
-            if (value := getattr(self, name)) < 1:
-                raise TrackerError(f"{name} must be at least 1, got {value}")
+        check_counts(self, "particles", "samples")
         if not self.sigma > 0.0:
             raise TrackerError(f"sigma must be above 0, got {self.sigma}")
-        for name in ("far_share", "threshold"):
-            if not 0.0 <= (value := getattr(self, name)) <= 1.0:
-                raise TrackerError(f"{name} must be in [0, 1], got {value}")
+        check_shares(self, "far_share", "threshold")
         known = {"resampling": list(SCHEMES), "estimate": ["mean", "best"]}
         for name, values in known.items():
-            require_one_of(name, getattr(self, name), values)
+            check_choice(name, getattr(self, name), values)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -199,20 +198,6 @@ class Sirbf:
 
     def _correct(self, frame: Frame) -> None:
         """Correct the estimate of a frame; nothing here."""
-
-
-def require_one_of(name: str, value: str, values: Sequence[str]) -> None:
-    """Refuse a parameter that is none of a few words.
-
-    Raises
-    ------
-    TrackerError
-    """
-    if value not in values:
-        raise TrackerError(
-            f"{name} must be one of {', '.join(values)}, got {value!r}"
-            f"{did_you_mean(str(value), list(values))}"
-        )
 
 
 def sirbf_paper(**parameters: Any) -> Sirbf:

@@ -147,9 +147,9 @@ def require_doubt_where_gone(tracker: Tracker, clip: Clip, frames: int) -> None:
     tracker.init(clip.frames[0], box, np.random.default_rng(0))
     seen = [tracker.update(frame).confidence for frame in clip.frames[1:frames]]
     noise = np.random.default_rng(1).integers(0, 255, (320, 480, 3), np.uint8)
-    gone = tracker.update(Frame(noise, 1.0, frames)).confidence
-    assert gone is not None
-    assert gone < 0.7 * min(each for each in seen if each is not None)
+    absent = tracker.update(Frame(noise, 1.0, frames)).confidence
+    assert absent is not None
+    assert absent < 0.7 * min(each for each in seen if each is not None)
 
 
 def success(estimates: NDArray[np.float64], clip: Clip) -> float:

@@ -1,6 +1,6 @@
 """What the installed build of OpenCV has of its trackers, and what each of them needs.
 
-OpenCV 5 has MIL and three trackers on networks, whose weights it does not bring; KCF,
+OpenCV 5 has MIL and three trackers on networks, whose weights it does not include; KCF,
 CSRT and MOSSE are in its contrib build, a package of its own.
 """
 

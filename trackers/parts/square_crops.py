@@ -10,12 +10,24 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EXEMPLAR_SAMPLES", "SEARCH_SAMPLES", "context_side", "square_crops"]
+__all__ = [
+    "EXEMPLAR_SAMPLES",
+    "GROWTH_RANGE",
+    "MIN_SIDE_PX",
+    "SEARCH_SAMPLES",
+    "context_side",
+    "inside",
+    "square_crops",
+]
 
 EXEMPLAR_SAMPLES: Final = 64
 """Rows and columns of a crop of `context_side`."""
 SEARCH_SAMPLES: Final = 128
 """Rows and columns of a search region, at the same scale: twice as large."""
+GROWTH_RANGE: Final = (0.2, 8.0)
+"""Of a target's sides, relative to the first box."""
+MIN_SIDE_PX: Final = 2.0
+"""Of the first box."""
 
 
 def context_side(width: float, height: float) -> float:
@@ -36,6 +48,12 @@ def context_side(width: float, height: float) -> float:
     """
     context = (width + height) / 2.0
     return math.sqrt((width + context) * (height + context))
+
+
+def inside(image: NDArray[np.uint8], x: float, y: float) -> tuple[float, float]:
+    """Return a place, px, moved into an image (H, W, 3)."""
+    height, width = image.shape[:2]
+    return min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
 
 
 def square_crops(
