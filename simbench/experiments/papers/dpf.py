@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Final
 
 from simbench.experiments.papers.claim_parts import (
@@ -13,9 +12,9 @@ from simbench.experiments.papers.claim_parts import (
 )
 from simbench.experiments.papers.dpf_figures import draw
 from simbench.experiments.papers.dpf_tables import tables
-from simbench.experiments.papers.judging import ClaimResult, judged
+from simbench.experiments.papers.judging import ClaimResult, ClaimTests, judge_claims
 from simbench.experiments.papers.measured import Measured
-from simbench.experiments.papers.settings import SETTINGS, TrackerEntry, by_both
+from simbench.experiments.papers.settings import TrackerEntry, by_both
 from simbench.experiments.papers.study import Grid, Study
 
 __all__ = ["DPF", "VIDEOS"]
@@ -158,7 +157,7 @@ def _few_particles(m: Measured, setting: str) -> list[Part]:
     return [share_part(video, m.values(video, spec, "keeps")) for video in VIDEOS]
 
 
-_CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
+_CLAIMS: Final[ClaimTests] = {
     "a": (f"{_KEPT}: below half", _loses),
     "b": (f"{_KEPT}: above half", _keeps),
     "c": ("mean distance, by instance: above 0", _nearer),
@@ -183,11 +182,7 @@ _CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
 
 def judge(measured: Measured) -> list[ClaimResult]:
     """Return every claim of the paper, judged in both settings."""
-    return [
-        judged(letter, setting, quantity, parts(measured, setting), len(measured.seeds))
-        for letter, (quantity, parts) in _CLAIMS.items()
-        for setting in SETTINGS
-    ]
+    return judge_claims(_CLAIMS, measured)
 
 
 DPF: Final = Study(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -29,7 +28,7 @@ from simbench.experiments.papers.dsp_trackers import (
     SLOW,
 )
 from simbench.experiments.papers.frame_measures import by_run, rank_correlation
-from simbench.experiments.papers.judging import LEAST_SEEDS, ClaimResult, judged
+from simbench.experiments.papers.judging import ClaimResult, ClaimTests, judge_claims
 from simbench.experiments.papers.measured import Measured
 from simbench.experiments.papers.settings import SETTINGS
 from simbench.experiments.papers.study import Grid, Study
@@ -37,7 +36,7 @@ from simbench.experiments.papers.study import Grid, Study
 __all__ = ["DSP"]
 
 _MEASURES: Final = {"precision_20": "precision", "success_50": "success"}
-_SLOW_FPS, _SEEDS_OF_SLOW = 20.0, 5
+_SLOW_FPS = 20.0
 _SURE: Final = 0.9  # confidence above which a frame takes one round
 _ROUND: Final = 20  # particles of the analysis
 _ROUND_MARGIN: Final = 5
@@ -185,7 +184,7 @@ def _difficulty(m: Measured, setting: str) -> list[Part]:
     ]
 
 
-_CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
+_CLAIMS: Final[ClaimTests] = {
     "a": ("paired differences over the films of a level: above 0", _first),
     "b": ("paired differences over all fast films: above 0", _order),
     "c": ("paired differences over all fast films: above 0", _best),
@@ -200,19 +199,8 @@ _CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
 
 def judge(measured: Measured) -> list[ClaimResult]:
     """Return every claim of the paper, judged in both settings."""
-    seeds = len(measured.seeds)
-    return [
-        judged(
-            letter,
-            setting,
-            quantity,
-            parts(measured, setting),
-            seeds,
-            _SEEDS_OF_SLOW if _is_slow(measured, setting) else LEAST_SEEDS,
-        )
-        for letter, (quantity, parts) in _CLAIMS.items()
-        for setting in SETTINGS
-    ]
+    slow = [setting for setting in SETTINGS if _is_slow(measured, setting)]
+    return judge_claims(_CLAIMS, measured, slow)
 
 
 def _is_slow(m: Measured, setting: str) -> bool:

@@ -7,19 +7,33 @@ if that of some part finds the opposite, corrected by Holm's method for all part
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from simbench.evaluation.statistics.paired import holm
 from simbench.experiments.papers.claim_parts import LEVEL, Part
+from simbench.experiments.papers.measured import Measured
+from simbench.experiments.papers.settings import SETTINGS
 
-__all__ = ["LEAST_SEEDS", "ClaimResult", "Verdict", "judged"]
+__all__ = [
+    "LEAST_SEEDS",
+    "ClaimResult",
+    "ClaimTests",
+    "Verdict",
+    "judge_claims",
+    "judged",
+]
+
+ClaimTests = Mapping[str, tuple[str, Callable[[Measured, str], list[Part]]]]
+"""By letter, what is measured, and what returns the parts in a setting."""
 
 Verdict = Literal["holds", "does not hold", "not decided", "too few seeds", "open"]
 
 LEAST_SEEDS: Final = 20
 """Fewest seeds with which a claim may be "not decided"."""
+_LEAST_SEEDS_OF_SLOW: Final = 5
+"""The same where a tracker that it is about makes few frames a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +72,32 @@ class ClaimResult:
             return f"the opposite is shown of: {_listed(_opposed(known))}"
         doubtful = [one.what for one in known if one.p_for > LEVEL]
         return f"not shown of: {_listed(doubtful)}"
+
+
+def judge_claims(
+    claims: ClaimTests, measured: Measured, slow_settings: Container[str] = ()
+) -> list[ClaimResult]:
+    """Judge every claim of a paper in both settings.
+
+    Parameters
+    ----------
+    claims : ClaimTests
+    measured : Measured
+    slow_settings : container of str
+        Settings whose trackers are so slow that fewer seeds decide.
+    """
+    return [
+        judged(
+            letter,
+            setting,
+            quantity,
+            parts(measured, setting),
+            len(measured.seeds),
+            _LEAST_SEEDS_OF_SLOW if setting in slow_settings else LEAST_SEEDS,
+        )
+        for letter, (quantity, parts) in claims.items()
+        for setting in SETTINGS
+    ]
 
 
 def judged(

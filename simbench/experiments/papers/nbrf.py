@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -14,7 +13,7 @@ from simbench.experiments.papers.claim_parts import (
     range_part,
     share_part,
 )
-from simbench.experiments.papers.judging import ClaimResult, judged
+from simbench.experiments.papers.judging import ClaimResult, ClaimTests, judge_claims
 from simbench.experiments.papers.measured import Measured
 from simbench.experiments.papers.nbrf_figures import draw
 from simbench.experiments.papers.nbrf_tables import tables
@@ -25,7 +24,6 @@ from simbench.experiments.papers.nbrf_trackers import (
     QUICK_ENTRIES,
     with_count,
 )
-from simbench.experiments.papers.settings import SETTINGS
 from simbench.experiments.papers.study import Grid, Study
 
 __all__ = ["NBRF", "cost_exponent"]
@@ -141,7 +139,7 @@ def cost_exponent(m: Measured, setting: str) -> pd.Series[float]:
     return pd.Series(slopes, index=table.index)
 
 
-_CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
+_CLAIMS: Final[ClaimTests] = {
     "a1": (
         "instances in which the target is kept: below half with 100, above with 1000",
         _loses_with_few,
@@ -156,11 +154,7 @@ _CLAIMS: Final[dict[str, tuple[str, Callable[[Measured, str], list[Part]]]]] = {
 
 def judge(measured: Measured) -> list[ClaimResult]:
     """Return every claim of the paper, judged in both settings."""
-    return [
-        judged(letter, setting, quantity, parts(measured, setting), len(measured.seeds))
-        for letter, (quantity, parts) in _CLAIMS.items()
-        for setting in SETTINGS
-    ]
+    return judge_claims(_CLAIMS, measured)
 
 
 NBRF: Final = Study(
