@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from simbench.core.tracker import Tracker
 from simbench.trackers.csk import Csk
 from simbench.trackers.kcf import Kcf
-from simbench.trackers.opencv import OpenCvTracker
-from simbench.trackers.parts.opencv_build import opencv_tracker_names
-from tests.bench.test_trackers_bench import SIZE, hold
-from tests.trackers.clips import Clip, render_clip, straight
+from tests.bench.test_trackers_bench import hold, needs_kcf, ratio_to_kcf
+from tests.trackers.clips import Clip
 
 pytestmark = pytest.mark.bench
 
 
-@pytest.fixture(scope="module")
-def clip() -> Clip:
-    """An easy clip that all of them hold, its target in a box of 40 x 30 px."""
-    centres = straight(80, (150, 240), (3.0, 0.4))
-    return render_clip(centres, np.full(80, 40.0), size=SIZE)
-
-
-@pytest.mark.skipif(
-    "KCF" not in opencv_tracker_names(),
-    reason="needs KCF, from opencv-contrib-python-headless",
-)
+@needs_kcf
 @pytest.mark.parametrize(
     ("tracker", "least"),
     [
@@ -39,13 +26,7 @@ def clip() -> Clip:
 def test_correlation_filter_beats_opencv_on_a_clip_both_hold(
     tracker: Tracker, least: float, clip: Clip, benchmark: BenchmarkFixture
 ) -> None:
-    ratios = []
-    for _ in range(5):  # in turn: both see the same load
-        opencv, opencv_held = hold(OpenCvTracker("KCF"), clip)
-        ours, ours_held = hold(tracker, clip)
-        assert min(opencv_held, ours_held) > 0.9  # a lost KCF returns early
-        ratios.append(opencv / ours)
-    ratio = float(np.median(ratios))
+    ratio = ratio_to_kcf(lambda: tracker, clip, 0.9)
     benchmark.extra_info["ratio to KCF"] = ratio
     benchmark(hold, tracker, clip)
     assert ratio >= least

@@ -10,10 +10,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from simbench.core.box import Box
 from simbench.trackers.dsp import DynamicSwarmParticle
-from simbench.trackers.opencv import OpenCvTracker
-from simbench.trackers.parts.opencv_build import opencv_tracker_names
-from tests.bench.test_trackers_bench import hold
-from tests.trackers.clips import Clip, render_clip, straight
+from tests.bench.test_trackers_bench import hold, needs_kcf, ratio_to_kcf
+from tests.trackers.clips import Clip
 
 pytestmark = pytest.mark.bench
 
@@ -21,17 +19,7 @@ AT_ONCE_RATIO, ALL_ROUNDS_RATIO = 1.2, 0.35  # of KCF's time in the same run
 LINEAR = 1.5  # most that a particle may cost among 10,000, relative to among 1,000
 
 
-@pytest.fixture(scope="module")
-def clip() -> Clip:
-    """An easy clip that both trackers hold."""
-    centres = straight(80, (150, 240), (3.0, 0.4))
-    return render_clip(centres, np.full(80, 40.0), size=(720, 480))
-
-
-@pytest.mark.skipif(
-    "KCF" not in opencv_tracker_names(),
-    reason="needs KCF, from opencv-contrib-python-headless",
-)
+@needs_kcf
 @pytest.mark.parametrize(
     ("stop", "floor"),
     [
@@ -42,13 +30,7 @@ def clip() -> Clip:
 def test_swarm_holds_its_ratio_to_kcf(
     stop: float, floor: float, clip: Clip, benchmark: BenchmarkFixture
 ) -> None:
-    ratios = []
-    for _ in range(5):  # in turn: both see the same load
-        kcf, kcf_held = hold(OpenCvTracker("KCF"), clip)
-        ours, ours_held = hold(DynamicSwarmParticle(stop=stop), clip)
-        assert min(kcf_held, ours_held) > 0.9  # a lost KCF returns early and looks fast
-        ratios.append(kcf / ours)
-    ratio = float(np.median(ratios))
+    ratio = ratio_to_kcf(lambda: DynamicSwarmParticle(stop=stop), clip, 0.9)
     benchmark.extra_info["ratio to KCF"] = ratio
     benchmark(hold, DynamicSwarmParticle(stop=stop), clip)
     assert ratio >= floor

@@ -7,21 +7,14 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from simbench.trackers.find_tracker import find_tracker
-from tests.bench.test_trackers_bench import SIZE, hold, needs_kcf, ratio_to_kcf
-from tests.trackers.clips import Clip, render_clip, straight
+from tests.bench.test_trackers_bench import hold, needs_kcf, ratio_to_kcf
+from tests.trackers.clips import Clip
 
 pytestmark = pytest.mark.bench
 
 KCF_RATIO = 7.0  # of sirbf-paper, as condensation-paper
 NBRF_RATIO = 3.0  # most times sirbf's time, at equal particles
 PARTICLE_RATIO = 2.0  # cost per particle at 10,000 against that at 1,000
-
-
-@pytest.fixture(scope="module")
-def clip() -> Clip:
-    """An easy clip that all hold."""
-    centres = straight(80, (150, 240), (3.0, 0.4))
-    return render_clip(centres, np.full(80, 40.0), size=SIZE)
 
 
 def seconds(spec: str, clip: Clip) -> float:
@@ -32,7 +25,7 @@ def seconds(spec: str, clip: Clip) -> float:
 def test_sirbf_is_many_times_as_fast_as_kcf(
     clip: Clip, benchmark: BenchmarkFixture
 ) -> None:
-    ratio = ratio_to_kcf("sirbf-paper", clip, 0.5)
+    ratio = ratio_to_kcf(find_tracker("sirbf-paper").make, clip, 0.5)
     benchmark.extra_info["ratio to KCF"] = ratio
     benchmark(lambda: None)
     assert ratio >= KCF_RATIO
