@@ -71,7 +71,7 @@ class ShadowMaps:
         clip: NDArray[np.float64],
         draw_static: Callable[[NDArray[np.float64]], None],
     ) -> None:
-        """Bring a map to the static objects' depth at its present place."""
+        """Set a map to the depth of the static objects at its present place."""
         place = clip.tobytes()
         moves = self._all_at[number] != place
         if moves and self._moves[number]:

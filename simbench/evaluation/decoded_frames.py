@@ -37,7 +37,7 @@ def decoded_frames(
     -------
     sequence of T Frame
         ``frames`` as they are without a name, where the images are larger, or where one
-        cannot be read: then whoever uses it is told.
+        cannot be read: the error is raised when it is read.
     """
     if not name:
         return frames

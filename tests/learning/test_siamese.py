@@ -228,7 +228,7 @@ def test_mistake_in_a_recipe_is_one_line(
 
 
 class _Interrupt(Exception):
-    """Stands for whatever ends a training from outside."""
+    """What ends a training from outside, such as an interrupt."""
 
 
 @pytest.mark.train
