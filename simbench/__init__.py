@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from simbench.core.tracker import Diagnostics, Estimate, Track, Tracker
     from simbench.datasets.read_clip import read_sequence
     from simbench.evaluation.run_tracker import track
-    from simbench.evaluation.scores import Scores, score
+    from simbench.evaluation.score_track import score
+    from simbench.evaluation.scores import Scores
     from simbench.evaluation.tracker_checks import check_tracker
     from simbench.experiments.python_api import evaluate, run, sweep
     from simbench.generation.generate import generate
@@ -83,7 +84,7 @@ _HOMES = {
     "load_scenario": "scenarios.files.loading",
     "read_sequence": "datasets.read_clip",
     "run": "experiments.python_api",
-    "score": "evaluation.scores",
+    "score": "evaluation.score_track",
     "sweep": "experiments.python_api",
     "track": "evaluation.run_tracker",
 }

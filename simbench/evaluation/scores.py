@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
-import numpy as np
 import pandas as pd
 
-from simbench.core.sequence import Sequence
-from simbench.core.tracker import Track
 from simbench.evaluation.measures.clip_attributes import (
-    attribute_shares,
-    frame_attributes,
     with_known_types,
 )
-from simbench.evaluation.measures.diagnosis import diagnosed
-from simbench.evaluation.measures.rules import RULES, Rules, find_rules
+from simbench.evaluation.measures.rules import Rules, find_rules
 from simbench.evaluation.score_columns import (
     FRAME_TYPES,
     KEYS,
@@ -28,19 +22,15 @@ from simbench.evaluation.score_columns import (
     write_table,
 )
 from simbench.evaluation.score_tables import (
-    frame_table,
     judge_again,
     measured,
-    run_boxes,
 )
 
-__all__ = ["KEYS", "Scores", "score", "score_failure", "score_missing"]
+__all__ = ["KEYS", "SHARES", "Scores", "run_order"]
 
 _RUNS_FILE: Final = "scores.parquet"
 _FRAMES_FILE: Final = "frames.parquet"
-_DEFAULT_RULES: Final = RULES["simbench"]
-_UNKNOWN: Final = {"float64": np.nan, "int64": 0, "Int64": pd.NA, "boolean": pd.NA}
-_SHARES: Final = (
+SHARES: Final = (
     "precision_20",
     "success_50",
     "success_auc",
@@ -50,7 +40,7 @@ _SHARES: Final = (
     "norm_precision_area",
 )
 _BY_RULES: Final = (
-    *_SHARES,
+    *SHARES,
     "center_error_px",
     "center_error_median_px",
     "frames_scored",
@@ -72,7 +62,7 @@ class Scores:
         where it lacks that dial; ``attribute.<name>`` is the share of its frames that
         have an attribute, among those where it is known.
         Then the measures over the scored frames (see
-        `simbench.evaluation.measures.track_measures` for which those are):
+        `simbench.evaluation.measures.frame_errors` for which those are):
         ``precision_20``, ``success_50``, ``success_auc``, ``norm_precision`` (at 0.2),
         all in [0, 1]; ``center_error_px``, the mean over the scored frames **with an
         estimate** (NaN without any: frames missed after a failure count in the shares
@@ -125,7 +115,7 @@ class Scores:
         # An empty table must not change the column types of the others.
         filled = [part.frames for part in listed if len(part.frames)]
         frames = pd.concat(filled or [listed[0].frames], ignore_index=True)
-        return cls(runs[_run_order(runs.columns)], with_known_types(frames))
+        return cls(runs[run_order(runs.columns)], with_known_types(frames))
 
     @classmethod
     def read(cls, folder: Path) -> Scores:
@@ -202,7 +192,7 @@ class Scores:
         pooling = rules[0].pooling if len(rules) == 1 else "runs"
         rows = []
         for tracker, runs in self.runs.groupby("tracker", sort=False):
-            row = {name: float(runs[name].mean()) for name in _SHARES}
+            row = {name: float(runs[name].mean()) for name in SHARES}
             if pooling == "frames":
                 frames = self.frames[self.frames["tracker"] == tracker]
                 row |= {n: v for n, v in measured(frames, rules[0]).items() if n in row}
@@ -214,197 +204,12 @@ class Scores:
         return pd.DataFrame(rows)
 
 
-def score(track: Track, sequence: Sequence) -> Scores:
-    """Score one track against the ground truth.
-
-    Parameters
-    ----------
-    track : Track
-        Over the frames of ``sequence``; its label and repetition name the row.
-    sequence : Sequence
-        Its images are not read if ``sequence.frames`` has a ``times_s`` array; else
-        each frame is read once for its time. The variant is that of its scenario.
-
-    Returns
-    -------
-    Scores
-        One row in ``runs``, T rows in ``frames``.
-
-    Raises
-    ------
-    ValueError
-        If track and sequence differ in length.
-
-    Examples
-    --------
-    >>> import simbench
-    >>> sequence = simbench.generate(simbench.load_scenario("smoke"), seed=0)
-    >>> scores = simbench.score(simbench.track("still", sequence), sequence)
-    >>> scores.runs.loc[0, ["scenario", "tracker", "status"]].tolist()
-    ['smoke', 'still', 'ok']
-    """
-    if len(track.boxes) != len(sequence):
-        raise ValueError(
-            f"track of {track.tracker or 'a tracker'} must have the {len(sequence)} "
-            f"frames of {sequence.name}, got {len(track.boxes)}"
-        )
-    named = sequence.name, sequence.variant, sequence.seed
-    keys = _keys(*named, track.tracker, track.repetition)
-    diagnostics = {f"diagnostic.{name}": v for name, v in track.diagnostics.items()}
-    frames = frame_table(track, sequence, keys)
-    frames = frames.assign(**diagnostics, **frame_attributes(sequence))
-    row = {
-        **keys,
-        "status": "failed" if track.failures else "ok",
-        **{f"requested.{dial}": value for dial, value in sequence.requested.items()},
-        **{f"achieved.{dial}": value for dial, value in sequence.achieved.items()},
-        **attribute_shares(sequence),
-        **measured(frames),
-        "reason": "; ".join(map(str, track.failures)),
-        "track_seed": str(track.seed),
-        "digest": sequence.digest,
-        "traffic_redraws": _if_generated(sequence, sequence.traffic_redraws),
-        "rules": _DEFAULT_RULES.name,
-        "protocol": "ope",
-        "start_frame": 0,
-        "variation": "",
-        "width_px": sequence.width,
-        "height_px": sequence.height,
-        **diagnosed(frames, run_boxes(frames, sequence.width, sequence.height)),
-    }
-    return Scores(_run_table(row), frames)
-
-
-def score_failure(
-    *,
-    scenario: str,
-    seed: int | None,
-    tracker: str,
-    reason: str,
-    frame_count: int = 0,
-    repetition: int = 0,
-    variant: str = "",
-) -> Scores:
-    """Return the row of a run that ended without a track, as when it was killed.
-
-    All shares are 0, as for a track that has no estimate in any frame.
-
-    Parameters
-    ----------
-    scenario, seed, tracker, repetition, variant
-        Keys of the run, as in `Scores.runs`.
-    reason : str
-        One line for the user.
-    frame_count : int
-        Frames of the sequence, 0 where unknown. All but the first count as scored
-        and lost.
-
-    Returns
-    -------
-    Scores
-        One row in ``runs``, none in ``frames``.
-    """
-    keys = _keys(scenario, variant, seed, tracker, repetition)
-    lost = max(frame_count - 1, 0)
-    missed = {
-        **dict.fromkeys(_SHARES, 0.0),
-        "frames": frame_count,
-        "frames_scored": lost,
-        "frames_lost": lost,
-        "center_error_median_px": np.inf,
-    }
-    return _without_frames(keys, "failed", reason, missed)
-
-
-def score_missing(
-    *,
-    scenario: str,
-    seed: int | None,
-    tracker: str,
-    reason: str,
-    status: Literal["failed", "skipped", "unreachable"],
-    repetition: int = 0,
-    variant: str = "",
-) -> Scores:
-    """Return the row of a run that did not start, for no fault of the tracker.
-
-    All measures are NaN.
-
-    Parameters
-    ----------
-    scenario, seed, tracker, repetition, variant
-        Keys of the run, as in `Scores.runs`.
-    reason : str
-        One line for the user.
-    status : {"failed", "skipped", "unreachable"}
-        Whether an error occurred, a clip was left out since it cannot be read, or no
-        sequence can satisfy the scenario.
-
-    Returns
-    -------
-    Scores
-        One row in ``runs``, none in ``frames``.
-    """
-    keys = _keys(scenario, variant, seed, tracker, repetition)
-    return _without_frames(keys, status, reason, dict.fromkeys(_SHARES, np.nan))
-
-
-def _without_frames(
-    keys: Mapping[str, Any], status: str, reason: str, measures: Mapping[str, float]
-) -> Scores:
-    frames = typed(pd.DataFrame(columns=list(FRAME_TYPES)), FRAME_TYPES)
-    row = {
-        **keys,
-        "status": status,
-        **measured(frames),
-        **measures,
-        "reason": reason,
-        "track_seed": "",
-        "digest": "",
-        "traffic_redraws": pd.NA,
-        "frames_absent": pd.NA,
-        "rules": _DEFAULT_RULES.name,
-        "protocol": "ope",
-        "variation": "",
-        "failure_kind": "",
-    }
-    unknown = {
-        name: _UNKNOWN[kind] for name, kind in RUN_TYPES.items() if name not in row
-    }
-    return Scores(_run_table({**row, **unknown}), frames)
-
-
-def _if_generated(sequence: Sequence, value: int) -> Any:
-    """Return a fact of generated sequences, <NA> for recorded ones."""
-    return pd.NA if sequence.seed is None else value
-
-
-def _keys(
-    scenario: str, variant: str, seed: int | None, tracker: str, repetition: int
-) -> dict[str, Any]:
-    named = (scenario, variant, pd.NA if seed is None else seed, tracker, repetition)
-    return dict(zip(KEYS, named, strict=True))
-
-
 def _plain(keys: Iterable[Any]) -> tuple[Any, ...]:
     """Return keys that compare equal if they are, an unknown seed too."""
     return tuple(None if pd.isna(key) else key for key in keys)
 
 
-def _run_table(row: Mapping[str, Any]) -> pd.DataFrame:
-    return pd.DataFrame(
-        {name: _column(row[name], RUN_TYPES.get(name)) for name in _run_order(row)}
-    )
-
-
-def _column(value: Any, kind: str | None) -> Any:
-    """Return a value as a column of its own; arrays of numpy are made faster."""
-    if kind is None or kind in ("float64", "int64"):
-        return np.array([value], dtype=kind)
-    return pd.Series([value], dtype=kind)
-
-
-def _run_order(columns: Iterable[str]) -> list[str]:
+def run_order(columns: Iterable[str]) -> list[str]:
     """Return the columns of ``runs`` in their order, dials in the order given."""
     names = list(columns)
     dials = [

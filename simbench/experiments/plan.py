@@ -10,7 +10,8 @@ from typing import Final, Literal, TypeAlias
 from simbench.core.errors import DatasetError
 from simbench.evaluation.isolated_track import Limits
 from simbench.evaluation.protocols.starts import Protocol, find_protocol
-from simbench.evaluation.scores import Scores, score_missing
+from simbench.evaluation.score_track import score_missing
+from simbench.evaluation.scores import Scores
 from simbench.experiments.clips import Clip
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.request import Request, path_safe, spec_text

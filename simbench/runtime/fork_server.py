@@ -31,7 +31,7 @@ _IMPORTED: Final = (
     "simbench.generation.generate",
     "simbench.generation.dataset.make_sequence",
     "simbench.experiments.tasks",
-    "simbench.evaluation.scores",
+    "simbench.evaluation.score_track",
     "simbench.trackers.condensation",
 )
 """What most workers need."""

@@ -12,7 +12,8 @@ import pytest
 from simbench.cli import execute
 from simbench.cli.compare import _MEASURES
 from simbench.evaluation.score_columns import RUN_TYPES
-from simbench.evaluation.scores import Scores, score
+from simbench.evaluation.score_track import score
+from simbench.evaluation.scores import Scores
 from simbench.experiments.run_folder import RunFolder
 from tests.report.synthetic_run import jittered, synthetic_sequence
 

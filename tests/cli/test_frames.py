@@ -8,7 +8,7 @@ import pytest
 
 from simbench.cli import execute
 from simbench.core.sequence import Sequence
-from simbench.evaluation.scores import score
+from simbench.evaluation.score_track import score
 from simbench.experiments.run_folder import RunFolder
 from tests.evaluation.test_scores import failed_track
 

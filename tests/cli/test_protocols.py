@@ -10,7 +10,7 @@ from simbench.cli.run import print_protocol
 from simbench.core.sequence import Sequence
 from simbench.evaluation.measures.rules import RULES
 from simbench.evaluation.protocols.protocol_scores import score_segments
-from simbench.evaluation.scores import score
+from simbench.evaluation.score_track import score
 from tests.evaluation.protocols.test_starts import long_sequence, play
 from tests.evaluation.test_scores import perfect_track
 

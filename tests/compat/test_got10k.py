@@ -15,7 +15,8 @@ from PIL import Image
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.labels import cover
-from simbench.evaluation.measures.track_measures import frame_overlap, success
+from simbench.evaluation.measures.frame_errors import frame_overlap
+from simbench.evaluation.measures.track_measures import success
 from tests.compat.conftest import DataSet
 from tests.compat.results import Replay, aside, told
 

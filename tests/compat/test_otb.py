@@ -13,12 +13,8 @@ from vot.dataset import load_dataset
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.otb import NAMES
-from simbench.evaluation.measures.track_measures import (
-    center_error,
-    frame_overlap,
-    precision_curve,
-    success_curve,
-)
+from simbench.evaluation.measures.frame_errors import center_error, frame_overlap
+from simbench.evaluation.measures.track_measures import precision_curve, success_curve
 from tests.compat.conftest import DataSet
 from tests.compat.results import Replay, aside, told
 

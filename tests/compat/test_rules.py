@@ -29,7 +29,8 @@ from simbench.core.tracker import Track
 from simbench.datasets.formats import find_format
 from simbench.datasets.formats.otb import NAMES
 from simbench.evaluation.measures.rules import RULES
-from simbench.evaluation.scores import Scores, score
+from simbench.evaluation.score_track import score
+from simbench.evaluation.scores import Scores
 from tests.compat.results import Replay, told
 from tests.tiny_sequence import tiny_sequence
 

@@ -18,7 +18,7 @@ from vot.workspace import Workspace
 
 from simbench.core.sequence import Sequence
 from simbench.datasets.formats.labels import cover
-from simbench.evaluation.measures.track_measures import frame_overlap, scored_frames
+from simbench.evaluation.measures.frame_errors import frame_overlap, scored_frames
 from tests.compat.conftest import DataSet
 from tests.compat.results import aside, told
 

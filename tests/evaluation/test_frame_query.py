@@ -8,7 +8,7 @@ import pytest
 from simbench.core.errors import SimbenchError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.frame_query import select_frames
-from simbench.evaluation.scores import score
+from simbench.evaluation.score_track import score
 from tests.evaluation.test_scores import perfect_track
 
 

@@ -16,7 +16,8 @@ from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Failure, Track
 from simbench.evaluation.score_columns import FRAME_TYPES, RUN_TYPES
-from simbench.evaluation.scores import Scores, score, score_failure, score_missing
+from simbench.evaluation.score_track import score, score_failure, score_missing
+from simbench.evaluation.scores import Scores
 
 
 def perfect_track(sequence: Sequence) -> Track:

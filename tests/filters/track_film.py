@@ -19,7 +19,7 @@ from simbench.trackers.find_tracker import find_tracker
 
 MEASURES = ("average_overlap", "precision_20", "success_50", "fps")
 KEEP_BYTES = 4e8  # of pictures, decoded once for all trackers
-SCORING = "simbench.evaluation.run_tracker", "simbench.evaluation.scores"
+SCORING = "simbench.evaluation.run_tracker", simbench.score.__module__
 
 
 def _of_evaluation(name: str) -> Any:

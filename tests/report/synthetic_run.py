@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from simbench.core.frame import Frame
 from simbench.core.sequence import Sequence, Truth
 from simbench.core.tracker import Failure, Track
-from simbench.evaluation.scores import Scores, score, score_failure
+from simbench.evaluation.score_track import score, score_failure
+from simbench.evaluation.scores import Scores
 
 WIDTH, HEIGHT, FRAMES = 320, 200, 120
 POLE_LEFT, POLE_WIDTH = 150.0, 24.0

@@ -12,7 +12,8 @@ import numpy as np
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.evaluation.scores import Scores, score, score_failure, score_missing
+from simbench.evaluation.score_track import score, score_failure, score_missing
+from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
 from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from tests.report.synthetic_run import facts, synthetic_sequence

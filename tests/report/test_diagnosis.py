@@ -9,7 +9,8 @@ import pytest
 
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
-from simbench.evaluation.scores import Scores, score
+from simbench.evaluation.score_track import score
+from simbench.evaluation.scores import Scores
 from simbench.report.diagnosis_figures import calibration_curves, held_curves
 from simbench.report.palette import tracker_styles
 from simbench.report.sections import ReportSection, split_scores

@@ -13,7 +13,8 @@ import pytest
 
 from simbench.core.errors import DatasetError
 from simbench.core.sequence import Sequence
-from simbench.evaluation.scores import Scores, score, score_failure
+from simbench.evaluation.score_track import score, score_failure
+from simbench.evaluation.scores import Scores
 from simbench.report import write_report
 from tests.report.synthetic_run import jittered, synthetic_run, synthetic_sequence
 

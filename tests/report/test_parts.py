@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from simbench.core.frame import Frame
-from simbench.evaluation.scores import Scores, score
+from simbench.evaluation.score_track import score
+from simbench.evaluation.scores import Scores
 from simbench.report import figures, tables
 from simbench.report.palette import tracker_styles
 from simbench.report.pictures import animation, stills

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from simbench.evaluation.scores import Scores, score_missing
+from simbench.evaluation.score_track import score_missing
+from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics.sweep_axes import Axis, Sweep
 from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from simbench.report import sweep_figures, write_report

@@ -18,7 +18,7 @@ from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.datasets.native import is_finished, read_sequence
 from simbench.evaluation.gate.baseline_rows import MEASURES
-from simbench.evaluation.measures import track_measures
+from simbench.evaluation.measures import frame_errors, track_measures
 from simbench.evaluation.run_tracker import track
 from simbench.experiments.regression_suite import DEFAULT_SUITE
 from simbench.generation.generate import generate
@@ -126,9 +126,9 @@ def _run(task: _Task) -> _Task:
 
 def _scores(found: Track, film: Sequence) -> list[float]:
     truth = film.truth
-    scored = track_measures.scored_frames(truth.absent)
-    errors = track_measures.center_error(found.boxes, truth.boxes)[scored]
-    overlaps = track_measures.frame_overlap(found.boxes, truth.boxes)[scored]
+    scored = frame_errors.scored_frames(truth.absent)
+    errors = frame_errors.center_error(found.boxes, truth.boxes)[scored]
+    overlaps = frame_errors.frame_overlap(found.boxes, truth.boxes)[scored]
     has_box = np.isfinite(found.boxes[:, 0])
     by_name = {
         "precision_20": track_measures.precision(errors),

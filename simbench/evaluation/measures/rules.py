@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import SimbenchError
 from simbench.core.text import did_you_mean
-from simbench.evaluation.measures import track_measures
+from simbench.evaluation.measures import frame_errors, track_measures
 from simbench.evaluation.measures.raster_overlap import raster_overlap
 
 __all__ = ["RULES", "Judged", "RuleName", "Rules", "RunBoxes", "find_rules"]
@@ -141,10 +141,10 @@ def find_rules(name: str) -> Rules:
 
 def _by_simbench(run: RunBoxes) -> Judged:
     return Judged(
-        track_measures.frame_overlap(run.estimates, run.truth),
-        track_measures.center_error(run.estimates, run.truth),
-        track_measures.norm_center_error(run.estimates, run.truth),
-        track_measures.scored_frames(run.absent | run.is_unknown),
+        frame_errors.frame_overlap(run.estimates, run.truth),
+        frame_errors.center_error(run.estimates, run.truth),
+        frame_errors.norm_center_error(run.estimates, run.truth),
+        frame_errors.scored_frames(run.absent | run.is_unknown),
     )
 
 
@@ -173,9 +173,9 @@ def _by_got10k(run: RunBoxes) -> Judged:
     covered = np.nan_to_num(run.visible_fraction, nan=1.0) > 0.0
     return Judged(
         overlap,
-        track_measures.center_error(estimates, run.truth),
-        track_measures.norm_center_error(estimates, run.truth),
-        track_measures.scored_frames(run.absent | run.is_unknown | ~covered),
+        frame_errors.center_error(estimates, run.truth),
+        frame_errors.norm_center_error(estimates, run.truth),
+        frame_errors.scored_frames(run.absent | run.is_unknown | ~covered),
     )
 
 
@@ -197,7 +197,7 @@ def _by_vot(run: RunBoxes) -> Judged:
     missed = np.where(agreed, 0.0, np.inf)
     errors, norm_errors = (
         np.where(run.absent, missed, measure(run.estimates, run.truth))
-        for measure in (track_measures.center_error, track_measures.norm_center_error)
+        for measure in (frame_errors.center_error, frame_errors.norm_center_error)
     )
     scored = (np.arange(len(truth)) >= _VOT_BURN_IN) & ~run.is_unknown
     return Judged(
@@ -216,7 +216,7 @@ def _by_lasot(run: RunBoxes) -> Judged:
     estimates[:1] = run.truth[:1]
     absent = run.absent | (run.visible_fraction == 0.0)
     overlap = _got10k_overlap(estimates, run.truth)
-    errors = track_measures.center_error(estimates, run.truth)
+    errors = frame_errors.center_error(estimates, run.truth)
     offset = (estimates - run.truth) @ _CENTRE  # of the centres
     with np.errstate(divide="ignore", invalid="ignore"):
         norm_errors = np.hypot(*(offset / run.truth[:, 2:]).T)
@@ -234,8 +234,8 @@ _CENTRE: Final = np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.0, 0.5]])
 def _every_frame(estimates: _Floats, truth: _Floats, overlap: _Floats) -> Judged:
     return _every_frame_as(
         overlap,
-        track_measures.center_error(estimates, truth),
-        track_measures.norm_center_error(estimates, truth),
+        frame_errors.center_error(estimates, truth),
+        frame_errors.norm_center_error(estimates, truth),
     )
 
 

@@ -20,7 +20,8 @@ from simbench.evaluation.protocols.expected_overlap import (
 from simbench.evaluation.protocols.segments import sub_sequence
 from simbench.evaluation.protocols.starts import Protocol, Segment
 from simbench.evaluation.score_tables import frame_times, run_boxes
-from simbench.evaluation.scores import Scores, score
+from simbench.evaluation.score_track import score
+from simbench.evaluation.scores import Scores
 
 __all__ = ["SEGMENTS", "protocol_table", "score_segments", "segment_repetition"]
 

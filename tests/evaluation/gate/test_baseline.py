@@ -11,7 +11,8 @@ import pytest
 
 from simbench.core.errors import DatasetError
 from simbench.evaluation.gate.baseline import Baseline
-from simbench.evaluation.scores import Scores, score_failure
+from simbench.evaluation.score_track import score_failure
+from simbench.evaluation.scores import Scores
 from tests.evaluation.gate.test_regression import FEW, baseline_of, suite
 
 

@@ -23,7 +23,8 @@ from simbench.evaluation.gate.gate_report import (
     write_junit,
 )
 from simbench.evaluation.gate.regression import Check, compare, environment_changes
-from simbench.evaluation.scores import Scores, score, score_failure
+from simbench.evaluation.score_track import score, score_failure
+from simbench.evaluation.scores import Scores
 from tests.tiny_sequence import tiny_sequence
 
 LONG = tiny_sequence(51)  # 50 scored frames: one frame is 0.02

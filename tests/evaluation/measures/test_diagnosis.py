@@ -21,7 +21,7 @@ from simbench.evaluation.measures.failure_kinds import (
 )
 from simbench.evaluation.measures.road_position import road_motion
 from simbench.evaluation.score_tables import frame_times
-from simbench.evaluation.scores import score
+from simbench.evaluation.score_track import score
 from tests.datasets.formats.staged_sequence import ABSENT, staged_sequence
 from tests.evaluation.test_scores import only_run, perfect_track
 from tests.tiny_sequence import tiny_sequence

@@ -13,7 +13,8 @@ from simbench.core.errors import SimbenchError
 from simbench.core.sequence import Sequence
 from simbench.evaluation.measures.raster_overlap import raster_overlap
 from simbench.evaluation.measures.rules import RULES, RunBoxes, find_rules
-from simbench.evaluation.scores import Scores, score, score_failure
+from simbench.evaluation.score_track import score, score_failure
+from simbench.evaluation.scores import Scores
 from tests.evaluation.test_scores import failed_track, perfect_track, with_absent
 from tests.tiny_sequence import tiny_sequence
 

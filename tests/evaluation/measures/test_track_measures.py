@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
-from simbench.evaluation.measures import track_measures
+from simbench.evaluation.measures import frame_errors, track_measures
 
 FrameMeasure: TypeAlias = Callable[
     [NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
@@ -34,38 +34,38 @@ boxes = arrays(
 
 def test_scored_frames_exclude_the_first_and_absent_frames() -> None:
     absent = np.array([False, False, True, False])
-    assert track_measures.scored_frames(absent).tolist() == [False, True, False, True]
+    assert frame_errors.scored_frames(absent).tolist() == [False, True, False, True]
     assert absent.tolist() == [False, False, True, False]
 
 
 def test_center_error_is_the_distance_of_centres() -> None:
     estimate = np.array([[12.0, 22.0, 6.0, 12.0]])  # centre (15, 28), truth (12, 24)
-    assert track_measures.center_error(estimate, TRUTH).tolist() == [5.0]
+    assert frame_errors.center_error(estimate, TRUTH).tolist() == [5.0]
 
 
 def test_norm_center_error_divides_by_the_true_size() -> None:
     estimate = np.array([[12.4, 20.0, 4.0, 8.0]])  # 2.4 px of 4 px to the right
     estimate[0, 1] += 6.4  # 6.4 px of 8 px down: a triangle of 0.6 and 0.8
-    assert_allclose(track_measures.norm_center_error(estimate, TRUTH), [1.0])
+    assert_allclose(frame_errors.norm_center_error(estimate, TRUTH), [1.0])
 
 
 def test_norm_center_error_counts_a_size_below_one_pixel_as_one() -> None:
     truth = np.array([[0.0, 0.0, 0.5, 0.5]])
     estimate = np.array([[3.0, 0.0, 0.5, 0.5]])
-    assert track_measures.norm_center_error(estimate, truth).tolist() == [3.0]
+    assert frame_errors.norm_center_error(estimate, truth).tolist() == [3.0]
 
 
 def test_frame_overlap_is_intersection_over_union() -> None:
     estimate = np.array([[12.0, 20.0, 4.0, 8.0]])  # half of it on the truth
-    assert_allclose(track_measures.frame_overlap(estimate, TRUTH), [1 / 3])
+    assert_allclose(frame_errors.frame_overlap(estimate, TRUTH), [1 / 3])
 
 
 @pytest.mark.parametrize(
     ("measure", "miss"),
     [
-        pytest.param(track_measures.center_error, np.inf, id="center error"),
-        pytest.param(track_measures.norm_center_error, np.inf, id="norm center error"),
-        pytest.param(track_measures.frame_overlap, 0.0, id="overlap"),
+        pytest.param(frame_errors.center_error, np.inf, id="center error"),
+        pytest.param(frame_errors.norm_center_error, np.inf, id="norm center error"),
+        pytest.param(frame_errors.frame_overlap, 0.0, id="overlap"),
     ],
 )
 def test_frame_without_estimate_is_a_miss_and_without_truth_is_nan(
@@ -194,9 +194,9 @@ def test_measures_do_not_change_when_both_boxes_move(
 ) -> None:
     move = np.array([shift, -shift, 0.0, 0.0])
     for measure in (
-        track_measures.center_error,
-        track_measures.norm_center_error,
-        track_measures.frame_overlap,
+        frame_errors.center_error,
+        frame_errors.norm_center_error,
+        frame_errors.frame_overlap,
     ):
         moved = measure(first + move, second + move)
         assert_allclose(moved, measure(first, second), atol=1e-6)
@@ -207,6 +207,6 @@ def test_overlap_and_normalised_error_do_not_change_with_resolution(
     estimates: NDArray[np.float64], truth: NDArray[np.float64], scale: float
 ) -> None:
     truth = truth + np.array([0.0, 0.0, 1.0, 1.0])  # above the minimum of one pixel
-    for measure in (track_measures.norm_center_error, track_measures.frame_overlap):
+    for measure in (frame_errors.norm_center_error, frame_errors.frame_overlap):
         scaled = measure(estimates * scale, truth * scale)
         assert_allclose(scaled, measure(estimates, truth), atol=1e-9)

@@ -34,7 +34,7 @@ from simbench.evaluation.protocols.starts import (
     find_protocol,
 )
 from simbench.evaluation.score_tables import frame_times
-from simbench.evaluation.scores import score
+from simbench.evaluation.score_track import score
 from tests.tiny_sequence import tiny_sequence
 
 SIZE = (32, 24)

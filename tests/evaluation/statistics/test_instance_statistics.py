@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 from simbench.core.sequence import Sequence
 from simbench.core.tracker import Track
 from simbench.evaluation.measures.track_measures import success_curve
-from simbench.evaluation.scores import Scores, score, score_failure
+from simbench.evaluation.score_track import score, score_failure
+from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics.instance_statistics import (
     curve,
     seed_means,

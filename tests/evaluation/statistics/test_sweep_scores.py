@@ -11,7 +11,8 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from simbench.core.errors import DatasetError
-from simbench.evaluation.scores import Scores, score_missing
+from simbench.evaluation.score_track import score_missing
+from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from simbench.report.sweep_text import (
     breaking_table,
