@@ -99,6 +99,23 @@ class SiameseNetwork:
             [self._correlated(exemplar, self._features(crop)) for crop in crops]
         )
 
+    def outer_layers(self, crop: NDArray[np.uint8]) -> tuple[Picture, Picture]:
+        """Return the features of the first and of the last layer.
+
+        Parameters
+        ----------
+        crop : (n, n, 3) uint8, RGB
+
+        Returns
+        -------
+        first : (m, m, C) float32
+            Pooled, after the ReLU; 30 x 30 for a crop of 128.
+        last : (m - 8, m - 8, C) float32
+            As of `exemplar`.
+        """
+        first = self._first_layer(crop)
+        return first, self._later_layers(first)
+
     def _correlated(self, exemplar: Picture, found: Picture) -> Picture:
         """Return the response of features, (22, 22, C), to an exemplar, (17, 17)."""
         rows, columns, channels = found.shape
@@ -118,11 +135,18 @@ class SiameseNetwork:
 
     def _features(self, crop: NDArray[np.uint8]) -> Picture:
         """Return the features of a crop, (n, n, C)."""
+        return self._later_layers(self._first_layer(crop))
+
+    def _first_layer(self, crop: NDArray[np.uint8]) -> Picture:
+        """Return the values of the first layer, pooled."""
         weights, biases = self._first
         values = convolve(crop.astype(np.float32), weights, KERNELS[0], 2)
         values = largest_of_3x3(values)
         values += biases  # as if before the maximum, but of fewer values
-        np.maximum(values, 0.0, out=values)
+        return np.maximum(values, 0.0, out=values)
+
+    def _later_layers(self, values: Picture) -> Picture:
+        """Return the values of the last layer, given those of the first."""
         for number, (weights, biases) in enumerate(self._others, 1):
             is_last = number == len(self._others)
             values = convolve_3x3(
