@@ -86,7 +86,7 @@ class SiamFc:
                 f"scale_weight must be in (0, 1], got {self.scale_weight}"
             )
         check_shares(self, "scale_rate", "window")
-        self._network = _network(self.weights)
+        self._network = self._read_network()
         given = Path(self.weights)
         self.data_files = (given, card_path(given)) if self.weights else ()
         self._peak = ResponsePeak(self.window)
@@ -97,15 +97,12 @@ class SiamFc:
         self._size = (max(box.width, MIN_SIDE_PX), max(box.height, MIN_SIDE_PX))
         self._growth = 1.0
         self._side = context_side(*self._size)
-        crop = square_crops(
-            frame.image, self._x, self._y, [self._side], EXEMPLAR_SAMPLES
-        )[0]
-        self._exemplar = self._network.exemplar(crop)
+        self._exemplar = self._appearance(frame)
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
         scales = (1.0 / self.scale_step, 1.0, self.scale_step)
-        side = SEARCH_SAMPLES / EXEMPLAR_SAMPLES * self._side * self._growth
+        side = self._span(SEARCH_SAMPLES)
         sides = [side * scale for scale in scales]
         crops = square_crops(frame.image, self._x, self._y, sides, SEARCH_SAMPLES)
         responses = self._network.responses(self._exemplar, crops)
@@ -124,6 +121,21 @@ class SiamFc:
             Box.from_center(self._x, self._y, width, height),
             confidence=float(expit(odds)),
         )
+
+    def _read_network(self) -> SiameseNetwork:
+        """Return the network of the weights."""
+        return _network(self.weights)
+
+    def _appearance(self, frame: Frame) -> NDArray[np.float32]:
+        """Return what search regions are compared with, from the present place."""
+        samples = self._network.exemplar_samples
+        side = self._span(samples)
+        crop = square_crops(frame.image, self._x, self._y, [side], samples)[0]
+        return self._network.exemplar(crop)
+
+    def _span(self, samples: int) -> float:
+        """Return the side of so many samples at the present size, px."""
+        return samples / EXEMPLAR_SAMPLES * self._side * self._growth
 
     def _best_scale(self, responses: NDArray[np.float32]) -> int:
         """Return the index of the scale with the best maximum, the last preferred."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.siamese_network import SiameseNetwork
+from simbench.trackers.parts.square_crops import SEARCH_SAMPLES
 
 __all__ = [
     "FEATURE_SIDE",
@@ -49,6 +50,8 @@ class SiameseFilterNetwork(SiameseNetwork):
     for correlation filter based tracking", CVPR 2017, section 3: see
     `closed_form_filter`.
     """
+
+    exemplar_samples: int = SEARCH_SAMPLES
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         super().__init__(arrays)

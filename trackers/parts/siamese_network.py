@@ -54,7 +54,13 @@ class SiameseNetwork:
     networks for object tracking", ECCV workshops 2016, section 2, with fewer channels
     and smaller crops.
 
+    Attributes
+    ----------
+    exemplar_samples : int
+        Rows and columns of the crop that `exemplar` takes.
     """
+
+    exemplar_samples: int = EXEMPLAR_SAMPLES
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         try:

@@ -1,0 +1,1 @@
+"""Weights of the network with a filter: ``simbench train cfnet``."""
