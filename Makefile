@@ -12,7 +12,7 @@ DEMO := results/runs/demo
 DEMO_TRACKERS := condensation,directional-90,directional-45,directional-22,dsp,still
 
 .PHONY: demo test test-all test-compat test-train attack oracle statistics filters bench \
-    bench-before particles separation lint format house clean
+    bench-before particles separation sim-to-real lint format house clean
 
 demo: .venv/installed
 	@$(BIN)/simbench doctor
@@ -57,6 +57,11 @@ filters: .venv/developer
 # make separation SEPARATION_OPTIONS="--clips FOLDER"
 separation: .venv/developer
 	$(BIN)/python -m tests.separation $(SEPARATION_OPTIONS)
+
+# networks trained on films alone, on real clips, into results/papers/sim-to-real.md:
+# make sim-to-real SIM_TO_REAL_OPTIONS="--clips FOLDER"; hours, resumes
+sim-to-real: .venv-train/installed
+	.venv-train/bin/python -m tests.sim_to_real $(SIM_TO_REAL_OPTIONS)
 
 # docs/particles.svg: time of a frame against the number of particles
 particles: .venv/developer
