@@ -46,6 +46,8 @@ TRACK_SHADES = (1.0, 0.95, 0.98, 0.95, 1.0)
 
 _YELLOW: Colour = (0.85, 0.68, 0.22)
 _DASH_M = 4.0
+_SAG_M, _LONGEST_M = 0.012, 20.0
+"""Most that a bend is beside its straight parts, and longest of these."""
 
 
 def highway_ground(line: RoadLine, start_m: float, end_m: float, season: str) -> Mesh:
@@ -56,7 +58,8 @@ def highway_ground(line: RoadLine, start_m: float, end_m: float, season: str) ->
     road = line.road
     is_bent = np.ptp(line.heading) > 1e-6 or np.ptp(line.pitch) > 1e-6
     fine = np.arange(start_m, end_m + _DASH_M, _DASH_M)
-    coarse = fine if is_bent else np.linspace(start_m, end_m, 40)
+    bent = fine[_nodes(line, fine)]
+    coarse = bent if is_bent else np.linspace(start_m, end_m, 40)
     grass = GRASS[season]
     inner, lane_m = road.median_m / 2.0, road.lane_width_m
     first, last = inner + 0.5, inner + 0.5 + road.lanes * lane_m
@@ -78,9 +81,26 @@ def highway_ground(line: RoadLine, start_m: float, end_m: float, season: str) ->
                 parts.append(_band(line, coarse, side, ends, shaded(ASPHALT, shade)))
             if not lane:
                 continue
-            parts += _dashes(line, fine, side, (low - MARKING_M, low))
+            parts += _dashes(line, coarse, fine, side, (low - MARKING_M, low))
         parts += _verge(line, coarse, side, grass)
     return merge(parts)
+
+
+def _nodes(line: RoadLine, along: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the indices of those arc lengths, (N,) m, between which a line is straight.
+
+    To `_SAG_M`; where its slope changes all are kept, so that no wheel loses its road.
+    """
+    heading, pitch = line.heading_at(along), line.pitch_at(along)
+    kept = [0]
+    for last in range(2, len(along)):
+        first = kept[-1]
+        length = along[last] - along[first]
+        turn = np.ptp(heading[first : last + 1])
+        is_even = np.ptp(pitch[first : last + 1]) < 1e-6
+        if not is_even or length * turn / 8.0 > _SAG_M or length > _LONGEST_M:
+            kept.append(last - 1)
+    return np.array([*kept, len(along) - 1])
 
 
 def _band(
@@ -104,11 +124,21 @@ def _band(
 
 
 def _dashes(
-    line: RoadLine, along: NDArray[np.float64], side: float, ends: tuple[float, float]
+    line: RoadLine,
+    nodes: NDArray[np.float64],
+    along: NDArray[np.float64],
+    side: float,
+    ends: tuple[float, float],
 ) -> list[Mesh]:
-    """Make 4 m of marking and 8 m of asphalt in turn, of `_DASH_M` a step."""
+    """Make 4 m of marking and 8 m of asphalt in turn, of `_DASH_M` a step.
+
+    They lie on straight lines between ``nodes``, as the bands beside them: no gaps.
+    """
     low, high = ends if side > 0.0 else (-ends[1], -ends[0])
-    left, right = line.point(along, high), line.point(along, low)
+    left, right = (
+        np.stack([np.interp(along, nodes, values) for values in points.T], axis=-1)
+        for points in (line.point(nodes, high), line.point(nodes, low))
+    )
     corners = np.stack([left[:-1], right[:-1], right[1:], left[1:]])
     is_marked = np.arange(len(along) - 1) % 3 == 0
     return [
