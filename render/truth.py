@@ -277,10 +277,14 @@ class TruthRecorder:
 def _disjoint_groups(windows: NDArray[np.int64]) -> list[list[int]]:
     """Sort rectangles, (N, 4) left, top, right, bottom, into groups without overlap."""
     groups: list[list[int]] = []
-    for index, (left, top, right, bottom) in enumerate(windows.tolist()):
+    sides = windows.tolist()
+    for index, (left, top, right, bottom) in enumerate(sides):
         for group in groups:
-            x0, y0, x1, y1 = windows[group].T
-            if not np.any((left < x1) & (x0 < right) & (top < y1) & (y0 < bottom)):
+            others = (sides[other] for other in group)
+            if not any(
+                left < x1 and x0 < right and top < y1 and y0 < bottom
+                for x0, y0, x1, y1 in others
+            ):
                 group.append(index)
                 break
         else:

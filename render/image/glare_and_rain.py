@@ -83,6 +83,8 @@ def _visible_lamps(
     light = [np.tile(_STREET_SHARE * _STREET_LIGHT, (len(street), 1))]
     for number, lamps in enumerate(scene.lamps.by_body):
         cars = np.flatnonzero(present & (scene.body_of == number))
+        if not len(cars):
+            continue
         for position, colour, ahead in zip(
             lamps.positions, lamps.colours, lamps.ahead, strict=True
         ):

@@ -73,7 +73,8 @@ class Sensor:
         levels = np.arange(256) / 255.0
         if imaging.exposure != 1.0:
             light = np.clip(levels**2.2 * imaging.exposure, 0.0, 1.0)
-            image = np.rint(light ** (1 / 2.2) * 255.0).astype(np.uint8)[image]
+            table = np.rint(light ** (1 / 2.2) * 255.0).astype(np.uint8)
+            image = np.asarray(cv2.LUT(image, table), np.uint8)
         if imaging.contrast != 1.0:
             mean = image.mean(axis=(0, 1))
             table = mean + imaging.contrast * (np.arange(256)[:, None] - mean)
