@@ -39,14 +39,10 @@ def may_be_visible(
     (N,) bool
         False only where all corners lie beyond the same plane of the frustum.
     """
-    picks = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    corners = low[:, None] + picks[None] * (high - low)[:, None]
-    placed = corners @ clip[:, :3].T + clip[:, 3]
-    bound = placed[..., 3:]
-    beyond = np.concatenate(
-        [placed[..., :3] > bound, placed[..., :3] < -bound], axis=-1
-    )
-    visible: NDArray[np.bool_] = ~np.any(np.all(beyond, axis=1), axis=-1)
+    planes = np.concatenate([clip[3] - clip[:3], clip[3] + clip[:3]])  # inwards
+    farthest = np.maximum(low[:, None] * planes[:, :3], high[:, None] * planes[:, :3])
+    inside = farthest.sum(axis=2) >= -planes[:, 3]
+    visible: NDArray[np.bool_] = inside.all(axis=1)
     return visible
 
 

@@ -94,6 +94,10 @@ class Framebuffers:
         self._bind_fine([GL.GL_NONE, GL.GL_COLOR_ATTACHMENT1])
         self._clear()
 
+    def bind_colour(self) -> None:
+        """Draw to colour and depth only, and keep what they have."""
+        self._bind_fine([GL.GL_COLOR_ATTACHMENT0, GL.GL_NONE])
+
     def _bind_fine(self, targets: list[Any]) -> None:
         _bind(self._fine_fb, self._fine)
         GL.glDrawBuffers(2, targets)
@@ -128,16 +132,30 @@ class Framebuffers:
         covered[top:bottom, left:right] = part > 0
         return covered
 
+    def read_ids(self, parts: Sequence[Window]) -> list[Window]:
+        """Read the ids of some parts; return windows with all that is empty in these.
+
+        They are as wide as the parts; of parts without a sample of id 0 there is none.
+        """
+        empty: list[Window] = []
+        for part in parts:
+            left, top, right, bottom = part
+            ids = self._read_ids(part)
+            self._ids[top:bottom, left:right] = ids
+            rows = np.flatnonzero(ids.min(axis=1) == 0)
+            if len(rows):
+                empty.append((left, top + int(rows[0]), right, top + int(rows[-1]) + 1))
+        return empty
+
     def read(
         self, parts: Sequence[Window], *, with_depth: bool
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.float32] | None]:
         """Return the averaged image, the ids and, if requested, the depth.
 
         Only some parts, of whole pixels, are read: the others are those read before.
+        The ids are those that `read_ids` has read.
         """
         for part in parts:
-            left, top, right, bottom = part
-            self._ids[top:bottom, left:right] = self._read_ids(part)
             left, top, right, bottom = (side // self._step for side in part)
             self._image[top:bottom, left:right] = self._read_image(part)
         if not with_depth:
@@ -151,8 +169,8 @@ class Framebuffers:
             self._depth[top:bottom, left:right] = self._read_depth(part)
         return self._image.copy(), self._ids.copy(), self._depth.copy()
 
-    def read_ids(self) -> NDArray[np.uint16]:
-        """Return the instance ids at every sample."""
+    def read_all_ids(self) -> NDArray[np.uint16]:
+        """Return the instance ids at every sample, as drawn last."""
         return self._read_ids((0, 0, *self._fine))
 
     def _read_ids(self, part: Window) -> NDArray[np.uint16]:

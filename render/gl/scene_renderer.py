@@ -45,13 +45,14 @@ from simbench.render.world.projection import (
     sky_directions,
 )
 from simbench.render.world.scene import Scene
+from simbench.render.world.vegetation import thinned
 
 # isort: split
 from OpenGL import GL
 
 __all__ = ["SceneRenderer"]
 
-_SKY_ROWS, _SKY_STRIP = 30, 2 * (40 + 1)
+_SKY_ROWS, _SKY_STRIP = 30, 2 * (16 + 1)
 """Strips of the sky's grid and corners of each, see ``sky.vert``."""
 
 
@@ -84,7 +85,7 @@ class SceneRenderer:
         defines = self._lighting.defines
         if self._shadows is not None:
             defines = *defines, "SHADOWS"
-        parts = "GROUND", "FOLIAGE", "STATIC", "VEHICLES", "GROUND FAR", "STATIC FAR"
+        parts = "GROUND", "FOLIAGE", "STATIC", "VEHICLES", "GROUND FAR", "DISTANT FAR"
         self._programs = {
             part: Program("scene.vert", "scene.frag", *part.split(), *defines)
             for part in parts
@@ -92,7 +93,7 @@ class SceneRenderer:
         self._programs["sky"] = Program("sky.vert", "sky.frag")
         self._programs["bare"] = Program("bare.vert", "bare.frag")
         self._ground = CellMesh(scene.ground)
-        self._foliage, self._static = _in_cells(scene.static_objects)
+        self._set_static_objects(scene.static_objects)
         self._distant = CellMesh(scene.distant)
         counts = np.bincount(scene.body_of, minlength=len(scene.bodies)).tolist()
         meshes = scene.bodies + scene.simple_bodies
@@ -116,7 +117,8 @@ class SceneRenderer:
     def close(self) -> None:
         """Free the renderer's resources on the graphics device."""
         offscreen.make_current()
-        for mesh in (self._ground, self._foliage, self._static, self._distant):
+        still = self._foliage, self._far_foliage, self._static
+        for mesh in (self._ground, *still, self._distant):
             mesh.delete()
         for instances in self._bodies:
             instances.delete()
@@ -144,10 +146,15 @@ class SceneRenderer:
     def replace_static_objects(self, mesh: Mesh) -> None:
         """Render another mesh in place of the scene's static objects."""
         offscreen.make_current()
-        self._foliage.delete()
-        self._static.delete()
-        self._foliage, self._static = _in_cells(mesh)
+        for replaced in (self._foliage, self._far_foliage, self._static):
+            replaced.delete()
+        self._set_static_objects(mesh)
         self.forget_last()
+
+    def _set_static_objects(self, mesh: Mesh) -> None:
+        foliage, others = mesh.split(Surface.FOLIAGE, Surface.LEAF)
+        self._foliage, self._static = CellMesh(foliage), CellMesh(others)
+        self._far_foliage = CellMesh(thinned(foliage))  # only casts shadows
 
     def forget_last(self) -> None:
         """Draw all of the next frame and of its shadow maps, whatever was before."""
@@ -224,7 +231,7 @@ class SceneRenderer:
         self._still.forget()
         self._buffers.bind_ids_only()
         self._draw_objects(clip, {"view_projection": clip}, [self._whole])
-        ids = self._buffers.read_ids()
+        ids = self._buffers.read_all_ids()
         _require_no_error()
         return ids
 
@@ -294,9 +301,15 @@ class SceneRenderer:
         tagged[:, 3, 3] = self._scene.ids
         centre, reach = poses[:, :3, 3], self._bounds.reach[:, None]
         visible = present & may_be_visible(clip, centre - reach, centre + reach)
-        mesh_of = self._mesh_of
-        for number, instances in enumerate(self._bodies):
-            instances.place(tagged[(mesh_of == number) & visible])
+        which = np.flatnonzero(visible)
+        mesh_of = self._mesh_of[which]
+        order = np.argsort(mesh_of, kind="stable")
+        tagged = tagged[which[order]]
+        ends = np.searchsorted(mesh_of[order], np.arange(len(self._bodies) + 1))
+        for instances, first, last in zip(
+            self._bodies, ends[:-1].tolist(), ends[1:].tolist(), strict=True
+        ):
+            instances.place(tagged[first:last])
 
     def _draw_shadows(
         self,
@@ -308,9 +321,9 @@ class SceneRenderer:
         if self._shadows is None:
             return
 
-        def draw_static(clip: NDArray[np.float64]) -> None:
+        def draw_static(clip: NDArray[np.float64], number: int) -> None:
             self._programs["bare"].use({"view_projection": clip})
-            self._foliage.draw(clip)
+            (self._far_foliage if number else self._foliage).draw(clip)
             self._static.draw(clip)
 
         def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
@@ -337,11 +350,23 @@ class SceneRenderer:
         GL.glBindTexture(GL.GL_TEXTURE_2D, self._grain)
         uniforms = lighting | {"view_projection": clip, "shadow_map": 0, "grain": 1}
         self._draw_objects(clip, uniforms, parts)
-        self._programs["sky"].use(lighting | {"to_world": sky_directions(clip, camera)})
+        empty = self._buffers.read_ids(parts)
+        self._draw_sky(lighting | {"to_world": sky_directions(clip, camera)}, empty)
+
+    def _draw_sky(self, uniforms: dict[str, Any], windows: Sequence[Window]) -> None:
+        """Draw the sky where nothing else is, in windows that hold all of that."""
+        self._buffers.bind_colour()
+        self._programs["sky"].use(uniforms)
+        first_row = self._programs["sky"].location("first_row")
         GL.glDepthFunc(GL.GL_LEQUAL)
         GL.glBindVertexArray(self._sky)
-        for _ in self._buffers.inside(parts):
-            GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, _SKY_STRIP, _SKY_ROWS)
+        height = self._buffers.shape[0]
+        for index in self._buffers.inside(windows):
+            _, top, _, bottom = windows[index]
+            first, last = top * _SKY_ROWS // height, -(-bottom * _SKY_ROWS // height)
+            GL.glUniform1i(first_row, first)
+            count = last - first
+            GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, _SKY_STRIP, count)
         GL.glDepthFunc(GL.GL_LESS)
 
     def _draw_objects(
@@ -362,17 +387,11 @@ class SceneRenderer:
             ("FOLIAGE", self._foliage),
             ("GROUND", self._ground, -np.inf, FAR_M),
             ("GROUND FAR", self._ground, FAR_M, np.inf),
-            ("STATIC FAR", self._distant),
+            ("DISTANT FAR", self._distant),
         ):
             self._programs[part].use(uniforms)
             for index in self._buffers.inside(parts):
                 mesh.draw(narrow[index], *depths)
-
-
-def _in_cells(static_objects: Mesh) -> tuple[CellMesh, CellMesh]:
-    """Return foliage and all other static objects."""
-    foliage, others = static_objects.split(Surface.FOLIAGE)
-    return CellMesh(foliage), CellMesh(others)
 
 
 def _require_no_error() -> None:

@@ -39,23 +39,35 @@ class Program:
         names = [GL.glGetActiveUniform(number, index)[0] for index in range(count)]
         text = [n.decode() if isinstance(n, bytes) else str(n) for n in names]
         self._locations = {name: GL.glGetUniformLocation(number, name) for name in text}
+        self._set: dict[str, int | float | bytes] = {}
 
     def use(self, uniforms: dict[str, Any]) -> None:
-        """Bind the program and set those uniforms that it has."""
+        """Bind the program and set those uniforms that it has.
+
+        A call of OpenGL takes longer than to see that a uniform has its value already.
+        """
         self._program._bind()
-        for name, value in uniforms.items():
-            location = self._locations.get(name)
-            if location is None:
+        for name in self._locations.keys() & uniforms.keys():
+            location, value = self._locations[name], uniforms[name]
+            if isinstance(value, np.ndarray):
+                value = np.ascontiguousarray(value, np.float32)
+            key = value.tobytes() if isinstance(value, np.ndarray) else value
+            if self._set.get(name) == key:
                 continue
+            self._set[name] = key
             if isinstance(value, int):
                 GL.glUniform1i(location, value)
             elif isinstance(value, float):
                 GL.glUniform1f(location, value)
             elif value.ndim == 2:
-                matrix = np.ascontiguousarray(value, np.float32)
-                GL.glUniformMatrix4fv(location, 1, GL.GL_TRUE, matrix)
+                GL.glUniformMatrix4fv(location, 1, GL.GL_TRUE, value)
             else:
-                GL.glUniform3fv(location, 1, np.ascontiguousarray(value, np.float32))
+                GL.glUniform3fv(location, 1, value)
+
+    def location(self, name: str) -> int:
+        """Return where to set a uniform that changes from draw to draw."""
+        location: int = self._locations[name]
+        return location
 
     def delete(self) -> None:
         """Free the program."""

@@ -42,7 +42,7 @@ class ShadowMaps:
         self,
         fit: ShadowFit,
         spheres: Sequence[NDArray[np.float64]],
-        draw_static: Callable[[NDArray[np.float64]], None],
+        draw_static: Callable[[NDArray[np.float64], int], None],
         draw_vehicles: Callable[[NDArray[np.float64], int], None],
     ) -> None:
         """Draw the maps of one frame.
@@ -52,10 +52,11 @@ class ShadowMaps:
         fit : ShadowFit
         spheres : sequence of K (N, 4) float, m
             Middle and radius around each vehicle that each map needs, road frame.
-        draw_static : callable of (4, 4) float
-            Draws the depth of all static objects in a map's clip space.
+        draw_static : callable of (4, 4) float and int
+            Draws the depth of all static objects in the clip space of the map of a
+            number.
         draw_vehicles : callable of (4, 4) float and int
-            Draws that of the vehicles, given the number of the map, too.
+            Draws that of the vehicles.
         """
         for number, needed in enumerate(spheres):
             clip = fit.clip(number)
@@ -69,7 +70,7 @@ class ShadowMaps:
         self,
         number: int,
         clip: NDArray[np.float64],
-        draw_static: Callable[[NDArray[np.float64]], None],
+        draw_static: Callable[[NDArray[np.float64], int], None],
     ) -> None:
         """Set a map to the depth of the static objects at its present place."""
         place = clip.tobytes()
@@ -77,12 +78,12 @@ class ShadowMaps:
         if moves and self._moves[number]:
             self._clear(self._all, self._all_fb, number)
             with _drawing(self._all_fb, number):
-                draw_static(clip)
+                draw_static(clip, number)
         else:
             if self._static_at[number] != place:
                 self._clear(self._static, self._static_fb, number)
                 with _drawing(self._static_fb, number):
-                    draw_static(clip)
+                    draw_static(clip, number)
                 self._static_at[number] = place
             if moves:
                 self._covered[number] = [_WHOLE]

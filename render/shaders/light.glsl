@@ -1,5 +1,11 @@
-#if defined(GROUND) || defined(FOLIAGE)
+#if defined(GROUND) || defined(FOLIAGE) || defined(DISTANT)
 #define LIT_AT_CORNERS // one normal a triangle, or small triangles
+#endif
+#if defined(FOLIAGE) || defined(DISTANT)
+#define HAZE_AT_CORNERS
+#endif
+#if defined(DISTANT)
+#undef LAMPLIT // beyond the light of lamps
 #endif
 
 uniform vec3 eye;

@@ -1,9 +1,9 @@
 #version 330 core
-// Compiled for ground, foliage, other static objects and vehicles (GROUND, FOLIAGE,
-// STATIC, VEHICLES), for what is beyond shadows and grain (FAR), and for the features of
-// the scene: illumination by lamps (LAMPLIT), a wet road (WET), a tunnel (TUNNEL), fog or
-// rain (THICK_AIR). A software renderer executes both sides of a branch, so features are
-// selected at compile time.
+// Compiled for ground, foliage, other static objects, hills and vehicles (GROUND,
+// FOLIAGE, STATIC, DISTANT, VEHICLES), for what is beyond shadows and grain (FAR), and
+// for the features of the scene: illumination by lamps (LAMPLIT), a wet road (WET), a
+// tunnel (TUNNEL), fog or rain (THICK_AIR). A software renderer executes both sides of a
+// branch, so features are selected at compile time.
 //include light.glsl
 
 #if defined(GROUND)
@@ -18,7 +18,7 @@ EVEN in vec3 albedo;
 EVEN in vec3 direct; // light of the sun without shadows, and of all around
 EVEN in vec3 indirect;
 in float slope;
-#if defined(FOLIAGE)
+#if defined(HAZE_AT_CORNERS)
 in float distance_m;
 #endif
 #endif
@@ -77,7 +77,7 @@ float lit_share(float slope, float distance_m) {
 
 void main() {
     instance_id = identity;
-#if !defined(FOLIAGE)
+#if !defined(HAZE_AT_CORNERS)
     vec3 to_eye = eye - world;
     float distance_m = length(to_eye);
     to_eye /= distance_m;
@@ -185,7 +185,7 @@ void main() {
     float way_in = min(max(tunnel.z, cover.x), tunnel.y);
     way_in = clamp(way_in - max(min(tunnel.z, cover.x), tunnel.x), 0.0, distance_m);
     light = mix(horizon, light, seen_through(haze * (distance_m - way_in)));
-#elif !defined(FOLIAGE)
+#elif !defined(HAZE_AT_CORNERS)
     light = mix(horizon, light, seen_through(haze * distance_m));
 #endif
     picture = vec4(film(light), 1.0);

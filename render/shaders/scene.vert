@@ -22,7 +22,7 @@ EVEN out vec3 albedo;
 EVEN out vec3 direct;
 EVEN out vec3 indirect;
 out float slope;
-#if defined(FOLIAGE)
+#if defined(HAZE_AT_CORNERS)
 out float distance_m;
 #endif
 #endif
@@ -54,15 +54,17 @@ void light_corner() {
 #if defined(WET)
     albedo *= kind == ASPHALT ? 0.5 : 0.75;
 #endif
-#else
+#elif defined(FOLIAGE)
     slope = clamp(0.25 + 0.75 * toward, 0.0, 1.0);
+#else
+    slope = max(toward, 0.0);
 #endif
     direct = albedo * sun * (slope * 1.35);
     indirect = albedo * mix(ground, ambient, 0.5 + 0.5 * facing.z);
-#if defined(FOLIAGE)
+#if defined(HAZE_AT_CORNERS)
     distance_m = distance(eye, world);
 #endif
-#if defined(FOLIAGE) && !defined(TUNNEL) // leaves are small: haze at corners will do
+#if defined(HAZE_AT_CORNERS) && !defined(TUNNEL) // leaves are small, hills all far
     float dims = seen_through(haze * distance_m);
     albedo *= dims;
     direct *= dims;

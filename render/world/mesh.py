@@ -43,6 +43,7 @@ class Surface(IntEnum):
     GLASS = 4
     LAMP = 5
     FOLIAGE = 6
+    LEAF = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +89,14 @@ class Mesh:
         positions = points.astype(np.float32)
         return replace(self, positions=positions, normals=normals.astype(np.float32))
 
-    def split(self, surface: Surface) -> tuple[Mesh, Mesh]:
-        """Return its triangles of one surface, and all others."""
-        chosen = self.surface[:, 1] == surface
-        parts = [
-            Mesh(*(getattr(self, one.name)[which] for one in fields(Mesh)))
-            for which in (chosen, ~chosen)
-        ]
-        return parts[0], parts[1]
+    def split(self, *surfaces: Surface) -> tuple[Mesh, Mesh]:
+        """Return its triangles of some surfaces, and all others."""
+        chosen = np.isin(self.surface[:, 1], surfaces)
+        return self.picked(chosen), self.picked(~chosen)
+
+    def picked(self, corners: NDArray[np.bool_]) -> Mesh:
+        """Return the triangles of some corners, (3 F,) bool, three a triangle."""
+        return Mesh(*(getattr(self, one.name)[corners] for one in fields(Mesh)))
 
     def with_id(self, number: int) -> Mesh:
         """Return it with an instance id at every corner."""

@@ -87,7 +87,7 @@ def highway_ground(line: RoadLine, start_m: float, end_m: float, season: str) ->
 
 
 def _nodes(line: RoadLine, along: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices of those arc lengths, (N,) m, between which a line is straight.
+    """Return indices of arc lengths, (N,) m, between which a line is straight enough.
 
     To `_SAG_M`; where its slope changes all are kept, so that no wheel loses its road.
     """

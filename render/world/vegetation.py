@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from simbench.render.world.mesh import (
 )
 from simbench.render.world.solids import icosphere
 
-__all__ = ["hills", "plant", "tree"]
+__all__ = ["hills", "plant", "thinned", "tree"]
 
 _LEAF_COLOURS: dict[str, tuple[Colour, ...]] = {
     "summer": (
@@ -36,6 +37,8 @@ _LEAF_COLOURS: dict[str, tuple[Colour, ...]] = {
     ),
 }
 _BARK: Colour = (0.26, 0.21, 0.17)
+_MANY_LEAVES, _THINNED_BY = 80, 4
+"""Of plants with more leaves than that, one in four is enough for distant shadows."""
 
 
 def tree(
@@ -127,11 +130,26 @@ def _leaves(
     triangles = np.stack([a, b, c], axis=1)
     normals = np.repeat(outward + [0.0, 0.0, 0.35], 3, axis=0)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    mesh = triangle_mesh(triangles, (1.0, 1.0, 1.0), Surface.FOLIAGE, normals=normals)
+    surface = Surface.LEAF if count > _MANY_LEAVES else Surface.FOLIAGE
+    mesh = triangle_mesh(triangles, (1.0, 1.0, 1.0), surface, normals=normals)
     shade = rng.uniform(0.8, 1.2, (count, 1)) * (0.8 + 0.2 * outward[:, 2:])
     tints = np.clip(colour * shade, 0.0, 1.0)
     mesh.colours[:, :3] = np.repeat(tints, 3, axis=0)
     return mesh
+
+
+def thinned(foliage: Mesh) -> Mesh:
+    """Return foliage with fewer and larger leaves, for shadows that are far away.
+
+    Of plants with many leaves one in four is kept, twice as long and as wide.
+    """
+    leaves, others = foliage.split(Surface.LEAF)
+    is_kept = np.arange(len(leaves.positions)) // 3 % _THINNED_BY == 0
+    kept = leaves.picked(is_kept)
+    corners = kept.positions.reshape(-1, 3, 3)
+    middles = corners.mean(axis=1, keepdims=True)
+    larger = middles + math.sqrt(_THINNED_BY) * (corners - middles)
+    return merge([others, replace(kept, positions=larger.reshape(-1, 3))])
 
 
 def plant(
@@ -191,4 +209,5 @@ def hills(center: NDArray[np.float64], season: str, rng: np.random.Generator) ->
     foot = np.column_stack([ring * 760.0 + center[:2], np.full(count + 1, -25.0)])
     crest = np.column_stack([ring * 1000.0 + center[:2], height])
     colour = (0.36, 0.3, 0.17) if season == "autumn" else (0.2, 0.29, 0.15)
-    return wall_strip(foot + [0, 0, center[2]], crest + [0, 0, center[2]], colour)
+    mesh = wall_strip(foot + [0, 0, center[2]], crest + [0, 0, center[2]], colour)
+    return replace(mesh, normals=-mesh.normals)  # seen from its middle

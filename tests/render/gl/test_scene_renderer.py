@@ -1,4 +1,4 @@
-"""What the renderer draws where all is known: the sky; meshes without repeated rows."""
+"""What the renderer draws where all is known: sky, hills, uniforms, meshes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ from numpy.typing import NDArray
 from simbench.core.camera import Camera
 from simbench.render.gl import batches
 from simbench.render.gl.scene_renderer import SceneRenderer
+from simbench.render.gl.shader_programs import Program
 from simbench.render.world.illumination import Illumination
+from simbench.render.world.projection import clip_matrix
 from simbench.render.world.scene import build_scene, vehicle_poses
 from simbench.scenarios.stage import build_stage
 from tests.scenarios.small_scenario import small_scenario
+
+# isort: split
+from OpenGL import GL
 
 
 def _sky(light: Illumination, rays: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,6 +54,50 @@ def test_the_sky_is_exact_at_every_pixel(time: str) -> None:
 
 @pytest.mark.gl
 @pytest.mark.sumo
+def test_the_sky_is_drawn_where_it_is_seen_whatever_was_seen_before() -> None:
+    stage = build_stage(small_scenario(frames=2), 0)
+    scene, poses = build_scene(stage), vehicle_poses(stage.trajectories, 0)
+    target = stage.trajectories.target
+    eye = stage.cameras[0].position + [0.0, 0.0, 20.0]
+    level, down = (
+        Camera.look_at(eye, eye + way, fov_rad=1.0, width=64, height=48)
+        for way in ([1.0, 0.0, 0.0], [0.1, 0.0, -1.0])
+    )
+    with SceneRenderer(scene, 64, 48, 2) as renderer:
+        first = renderer.render(level, *poses, target)
+        below = renderer.render(down, *poses, target)
+        again = renderer.render(level, *poses, target)
+    with SceneRenderer(scene, 64, 48, 2) as renderer:
+        alone = renderer.render(down, *poses, target)
+    rows = np.flatnonzero((first.ids == 0).any(axis=1))
+    assert 0 < len(rows) < len(first.ids)  # a part of the picture
+    assert (below.ids != 0).all()  # and none of it
+    assert np.array_equal(first.image, again.image)
+    assert np.array_equal(below.image, alone.image)
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_a_uniform_is_set_again_where_its_array_has_changed() -> None:
+    stage = build_stage(small_scenario(frames=2), 0)
+    with SceneRenderer(build_scene(stage), 64, 48, 1):
+        program = Program("bare.vert", "bare.frag")
+        matrix = np.eye(4)
+        found = []
+        for value in (1.0, 1.0, 2.0, 1.0):
+            matrix[0, 0] = value  # the same array
+            program.use({"view_projection": matrix})
+            number = GL.glGetIntegerv(GL.GL_CURRENT_PROGRAM)
+            location = program.location("view_projection")
+            held = np.zeros(16, np.float32)
+            GL.glGetUniformfv(number, location, held)
+            found.append(float(held[0]))
+        program.delete()
+    assert found == [1.0, 1.0, 2.0, 1.0]
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
 def test_no_shadow_falls_on_the_hills() -> None:
     hills = []
     for shadows in (True, False):
@@ -63,6 +112,27 @@ def test_no_shadow_falls_on_the_hills() -> None:
         hills.append(frame.image[frame.ids == number].astype(int))
     assert len(hills[0]) > 200
     assert np.abs(hills[0] - hills[1]).max() <= 1
+
+
+def test_boxes_are_left_out_only_beyond_a_plane_of_the_view(
+    rng: np.random.Generator,
+) -> None:
+    camera = Camera.look_at([0, 0, 2], [9, 1, 1], fov_rad=0.7, width=64, height=48)
+    clip = clip_matrix(camera)
+    low = rng.uniform(-20.0, 20.0, (400, 3))
+    high = low + rng.uniform(0.0, 8.0, (400, 3))
+    ends = np.stack([low, high])
+    picks = np.indices((2, 2, 2)).reshape(3, 8)
+    corners = np.stack([ends[picks[n], :, n] for n in range(3)], axis=-1)
+    placed = corners @ clip[:, :3].T + clip[:, 3]
+    beyond = [
+        np.all(s * placed[..., n] > placed[..., 3], axis=0)  # all corners
+        for n in range(3)
+        for s in (-1.0, 1.0)
+    ]
+    seen = batches.may_be_visible(clip, low, high)
+    assert np.array_equal(seen, ~np.any(beyond, axis=0))
+    assert 10 < seen.sum() < 390
 
 
 class TestWelding:
