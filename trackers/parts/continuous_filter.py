@@ -116,8 +116,7 @@ class ContinuousFilter:
 
         mean = np.matmul(by_channel, weights.astype(np.complex64)[:, None])[..., 0]
         right = mean.conj() * loss.label[:, None]
-        energy = np.matmul(weights, samples.real**2 + samples.imag**2)
-        inverse = inverse_diagonal(energy, loss.penalty)
+        inverse = inverse_diagonal(_energy(samples, weights), loss.penalty)
         return LinearProblem(
             apply, [right], inner, lambda vector: [vector[0] * inverse]
         )
@@ -143,3 +142,12 @@ def inverse_diagonal(
     data = (1.0 - MEAN_SHARE) * energy + MEAN_SHARE * mean
     diagonal = (1.0 - PENALTY_SHARE) * data + PENALTY_SHARE * penalty.energy
     return np.asarray(1.0 / diagonal, np.float32)
+
+
+def _energy(
+    samples: NDArray[np.complex64], weights: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return the weighed squares, (K, C), of samples' coefficients (K, L, C)."""
+    parts = samples.view(np.float32)  # real and imaginary in turn
+    squares = np.matmul(weights, parts * parts)
+    return np.asarray(squares[:, ::2] + squares[:, 1::2])
