@@ -47,7 +47,7 @@ def fhog(grey: NDArray[np.uint8], cell: int) -> NDArray[np.float32]:
     """
     histograms = cell_histograms(grey, cell)
     result: NDArray[np.float32] = _normalised(histograms)
-    return result
+    return np.ascontiguousarray(result.transpose(2, 0, 1))
 
 
 def cell_histograms(grey: NDArray[np.uint8], cell: int) -> NDArray[np.float32]:
@@ -130,10 +130,11 @@ def _normalised(histograms):  # type: ignore[no-untyped-def]  # numba infers the
             block = energy[r, c] + energy[r, c + 1] + energy[r + 1, c]
             block += energy[r + 1, c + 1]
             factors[r, c] = np.float32(1.0) / np.sqrt(block + np.float32(1e-4))
-    result = np.zeros((CHANNELS, rows, columns), np.float32)
+    result = np.zeros((rows, columns, CHANNELS), np.float32)
     clip, half = np.float32(CLIP), np.float32(0.5)
     for r in range(rows):
         for c in range(columns):
+            cell = result[r, c]  # its channels are side by side: vector code
             for k in range(4):
                 factor = factors[r + k // 2, c + k % 2]
                 texture = np.float32(0.0)
@@ -142,11 +143,9 @@ def _normalised(histograms):  # type: ignore[no-untyped-def]  # numba infers the
                     second = histograms[r, c, d + UNSIGNED] * factor
                     both = min(first + second, clip)
                     first, second = min(first, clip), min(second, clip)
-                    result[d, r, c] += half * first
-                    result[d + UNSIGNED, r, c] += half * second
-                    result[d + DIRECTIONS, r, c] += half * both
+                    cell[d] += half * first
+                    cell[d + UNSIGNED] += half * second
+                    cell[d + DIRECTIONS] += half * both
                     texture += first + second
-                result[DIRECTIONS + UNSIGNED + k, r, c] = texture * np.float32(
-                    TEXTURE_WEIGHT
-                )
+                cell[DIRECTIONS + UNSIGNED + k] = texture * np.float32(TEXTURE_WEIGHT)
     return result
