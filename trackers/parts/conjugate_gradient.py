@@ -64,8 +64,8 @@ def conjugate_gradient(
     References
     ----------
     Shewchuk, "An introduction to the conjugate gradient method without the agonizing
-    pain", 1994, algorithms B3 and B5: with the formula of Polak and Ribiere, as the
-    ECO paper has it in section 3.3. Steps go to the minimum along their direction,
+    pain", 1994, algorithms B3 and B5: with the formula of Polak and Ribiere, as in
+    the code of ECO's authors. Steps go to the minimum along their direction,
     which momentum leaves as it is.
     """
     solution = start

@@ -57,8 +57,9 @@ class ContinuousFilter:
 
     References
     ----------
-    Danelljan et al., "Beyond correlation filters", ECCV 2016 (C-COT), equations 4, 8
-    and 9; Danelljan et al., "ECO", CVPR 2017, equation 14 and section 3.3.
+    Danelljan et al., "Beyond correlation filters", ECCV 2016 (C-COT), section
+    3.2; Danelljan et al., "ECO", CVPR 2017, equations 2 to 5, section 3.2 for means
+    in place of samples, section 3.3 for when to learn.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class ContinuousFilter:
     def _problem(
         self, samples: NDArray[np.complex64], weights: NDArray[np.float32]
     ) -> LinearProblem:
-        """Return the normal equations (C-COT, equation 9; ECO, equation 5)."""
+        """Return the normal equations (ECO, equation 5)."""
         loss = self._loss
         by_channel = samples.transpose(0, 2, 1)
 
@@ -135,7 +136,7 @@ def inverse_diagonal(
 
     References
     ----------
-    C-COT, section 3.4: the diagonal of the normal equations. The authors' code of ECO
+    C-COT takes the diagonal of the normal equations. The authors' code of ECO
     blends it with its mean over channels and gives the penalty less weight, as here.
     """
     mean = energy.mean(axis=1, keepdims=True)

@@ -133,7 +133,7 @@ class _Linearised:
 
     References
     ----------
-    ECO, equations 8 to 10.
+    ECO, equations 8 and 9, and its supplement for their normal equations.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class _Linearised:
         self._weights = loss.series.weights
 
     def problem(self) -> LinearProblem:
-        """Return the normal equations (equation 10)."""
+        """Return the normal equations of equation 9."""
         right: list[NDArray[Any]] = self._transposed(self._loss.label)
         for number, each in enumerate(self._now.projections, 1):
             # With filters of 0 only the penalty is left of a projection's equations.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 __all__ = ["FourierSeries", "cubic_spectrum"]
 
 NEWTON_STEPS: Final = 5
-"""Of the search for a maximum between grid points (C-COT, section 4.1)."""
+"""Of the search for a maximum between grid points, as in the authors' code."""
 _SHARPNESS: Final = -0.75
 """Parameter a of the cubic kernel, by the authors' code."""
 
@@ -88,7 +88,7 @@ class FourierSeries:
 
         References
         ----------
-        C-COT, equation 3 and section 3.2: coefficients are those of the cells times
+        ECO, equation 1; C-COT, section 3.3: coefficients are those of the cells times
         those of the kernel, which is shifted here to where the cells are.
         """
         count = round(self.period / spacing)
@@ -181,7 +181,7 @@ class FourierSeries:
 
         References
         ----------
-        C-COT, section 3.3: Newton's method from the best grid point. A step of more
+        C-COT, section 4.1: Newton's method from the best grid point. A step of more
         than a grid point, or off the maximum, is not made.
         """
         grid = self.on_grid(coefficients, count)
@@ -222,7 +222,7 @@ def cubic_spectrum(frequency: NDArray[np.floating]) -> NDArray[np.float64]:
     References
     ----------
     Keys, "Cubic convolution interpolation for digital image processing", IEEE Trans.
-    ASSP 29(6), 1981, equation 8, of which this is the transform; C-COT, section 4.1.
+    ASSP 29(6), 1981, of whose kernel this is the transform; C-COT, section 3.3.
     """
     a = _SHARPNESS
     angle = 2.0 * np.pi * np.abs(np.asarray(frequency, np.float64))

@@ -28,7 +28,7 @@ class SampleSpace:
     References
     ----------
     Danelljan, Bhat, Khan, Felsberg, "ECO: Efficient convolution operators for
-    tracking", CVPR 2017, section 3.2, equations 12 and 13.
+    tracking", CVPR 2017, section 3.2.
 
     Notes
     -----
@@ -93,7 +93,7 @@ class SampleSpace:
         self._products[index, index] = self._products[-1, -1]
 
     def _merge(self, sample: NDArray[np.complex64]) -> None:
-        """Merge the closest two of all components and the sample (equation 13)."""
+        """Merge the closest two of all components and the sample."""
         squares = np.diag(self._products)
         distances = squares[:, None] + squares[None, :] - 2.0 * self._products
         np.fill_diagonal(distances, np.inf)

@@ -38,10 +38,10 @@ class SpatialPenalty:
 
     References
     ----------
-    Danelljan et al., "Beyond correlation filters", ECCV 2016 (C-COT), section 3.3,
-    equations 5 and 8: w of few coefficients; Danelljan, Haeger, Khan, Felsberg,
+    Danelljan et al., "ECO: Efficient convolution operators for tracking", CVPR 2017,
+    equations 3 and 4: w of few coefficients; Danelljan, Haeger, Khan, Felsberg,
     "Learning spatially regularized correlation filters for visual tracking", ICCV 2015,
-    section 3.1: the quadratic weights.
+    the quadratic weights.
 
     Notes
     -----
