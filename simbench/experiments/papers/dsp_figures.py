@@ -15,7 +15,14 @@ from simbench.evaluation.measures.track_measures import (
     success_curve,
 )
 from simbench.experiments.papers.charts import Line, Panel, chart, styled_lines
-from simbench.experiments.papers.dsp_trackers import CLASSICS, FAMILY, FAST, FEW, SLOW
+from simbench.experiments.papers.dsp_trackers import (
+    CLASSICS,
+    DEEP,
+    FAMILY,
+    FAST,
+    FEW,
+    SLOW,
+)
 from simbench.experiments.papers.measured import Measured
 from simbench.experiments.papers.run_figures import hidden_spans, path_figure
 from simbench.experiments.papers.settings import SETTINGS
@@ -57,7 +64,7 @@ def draw(measured: Measured, film_of: FilmOf) -> list[Drawing]:
 def _curves(m: Measured, places: Sequence[str], name: str, figures: str) -> Drawing:
     """Return precision and success curves, means over films."""
     setting = name.rpartition("-")[2]
-    specs = {one: m.spec(one, setting) for one in ("dsp", *FAMILY, *CLASSICS)}
+    specs = {one: m.spec(one, setting) for one in ("dsp", *FAMILY, *CLASSICS, *DEEP)}
     labels = [one for one, spec in specs.items() if len(m.values(places, spec, "held"))]
     panels = [
         Panel(

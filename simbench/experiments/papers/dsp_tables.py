@@ -7,6 +7,7 @@ from typing import Final
 
 from simbench.experiments.papers.dsp_trackers import (
     CLASSICS,
+    DEEP,
     ENTRIES,
     FAMILY,
     FAST,
@@ -118,11 +119,8 @@ def _overall(m: Measured, places: Sequence[str]) -> str:
 
 
 def _by_place(m: Measured, places: Sequence[str]) -> str:
-    listed = [
-        one
-        for one in m.entries
-        if one.spec and one.name in {"dsp", "gdpf-inc", "gdpf-fix", *CLASSICS, "dlt"}
-    ]
+    names = {"dsp", "gdpf-inc", "gdpf-fix", *CLASSICS, *DEEP, "dlt"}
+    listed = [one for one in m.entries if one.name in names]
     listed = [one for one in listed if len(m.values(places, one.spec, "precision_20"))]
     rows = []
     for place in places:

@@ -39,6 +39,7 @@ PURE: Final = {
 FAMILY: Final = ("gdpf-inc", "gdpf-fix", "gdpf-brow", "dlt")
 CLASSICS: Final = ("csk", "kcf", "dft", "ivt", "l1apg")
 DEEP: Final = ("siamfc", "cfnet", "mdnet", "eco")
+"""Of the paper; the page says which of them are not built here."""
 FEW: Final = "dsp@particles=20"
 _BUDGET: Final = "@particles=250"  # as many as 50 particles in 5 rounds
 
@@ -55,8 +56,7 @@ ENTRIES: Final = (
     *by_both("dsp"),
     *by_both("dsp", settings="@particles=20"),
     *by_both("gdpf-inc", "gdpf-fix", "gdpf-brow"),
-    *_common("dlt", *CLASSICS),
-    *(TrackerEntry(name, "common", "") for name in DEEP),
+    *_common("dlt", *CLASSICS, *DEEP),
     *(
         _ablation(
             f"{name}, 250 particles, {setting}",
