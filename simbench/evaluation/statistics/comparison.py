@@ -128,7 +128,8 @@ def contest(table: pd.DataFrame, better: int, decimals: int = 3) -> Contest:
     if counts.max() < least_pairs(len(pairs), LEVEL):
         is_flat = "still" in means and bool(printed["still"] >= printed.max())
         return Contest(frozenset(), True, is_flat)
-    found = [paired_difference(known[a] - known[b]) for a, b in pairs]
+    values = {name: known[name].to_numpy(np.float64) for name in means.index}
+    found = [paired_difference(values[a] - values[b]) for a, b in pairs]
     shown = holm([one.p for one in found]) <= LEVEL
     beaten = {
         pair[1] if one.mean > 0.0 else pair[0]

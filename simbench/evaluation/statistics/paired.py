@@ -8,8 +8,9 @@ few pairs; with fewer than six it cannot reach 0.05.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -38,6 +39,7 @@ LEAST_PAIRS: Final = 6
 _MOST_EXACT: Final = 13  # 2^13 sign flips, all of them
 _FLIPS: Final = 10_000
 _CHUNK: Final = 4096
+_MOST_KEPT: Final = 2_000_000  # signs of one count: 16 MB
 _SEED: Final = 0x5EED  # the same flips in every call: a p value has no luck
 _ROUND_OFF: Final = 1e-9
 _MOST_COUNT: Final = 1_000_000
@@ -257,8 +259,23 @@ def least_pairs(comparisons: int, level: float = 0.05) -> int:
     return 1 + math.ceil(math.log2(max(comparisons, 1) / level))
 
 
-def random_signs(count: int, flips: int) -> Iterator[Floats]:
-    """Yield rows of signs, the first all positive: all of them if they are few."""
+def random_signs(count: int, flips: int) -> Iterable[Floats]:
+    """Return rows of signs, the first all positive: all of them if they are few."""
+    if count * flips <= _MOST_KEPT:
+        return _kept_signs(count, flips)
+    return _drawn_signs(count, flips)
+
+
+@lru_cache(maxsize=4)
+def _kept_signs(count: int, flips: int) -> tuple[Floats, ...]:
+    """Return the same signs, kept: a report asks for those of one count a lot."""
+    kept = tuple(_drawn_signs(count, flips))
+    for signs in kept:
+        signs.flags.writeable = False
+    return kept
+
+
+def _drawn_signs(count: int, flips: int) -> Iterator[Floats]:
     if count <= _MOST_EXACT:
         every = np.arange(2**count)[:, None] >> np.arange(count)
         yield _as_signs(every & 1)

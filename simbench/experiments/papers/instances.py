@@ -91,10 +91,9 @@ def instance_measures(scores: Scores) -> pd.DataFrame:
     columns = ["precision_20", "success_50", "average_overlap", "fps"]
     of_frames = _FrameArrays.of(scores.frames)
     rows = []
-    for _, index in scores.frames.groupby(
-        _KEYS, sort=False, dropna=False
-    ).indices.items():
-        row = scores.frames.iloc[index[0]][_KEYS].to_dict()
+    runs = scores.frames.groupby(_KEYS, sort=False, dropna=False)
+    for key, index in runs.indices.items():
+        row = dict(zip(_KEYS, key, strict=True))  # type: ignore[call-overload]
         rows.append(row | _measures(of_frames.part(np.asarray(index))))
     table = pd.DataFrame(rows).merge(scores.runs[[*_KEYS, *columns]], on=_KEYS)
     places = map(place_name, table["scenario"], table["variant"])

@@ -69,9 +69,11 @@ class Measured:
             Index ``place, seed``; empty where the tracker did not run.
         """
         listed = [places] if isinstance(places, str) else list(places)
-        table = self.table
-        rows = table[table["place"].isin(listed) & (table["tracker"] == spec)]
-        return rows.set_index(["place", "seed"])[column].astype(np.float64)
+        rows = self._by_tracker.get(spec)
+        if rows is None:
+            return self._nothing[column].astype(np.float64)
+        is_listed = rows.index.get_level_values("place").isin(listed)
+        return rows.loc[is_listed, column].astype(np.float64)
 
     def difference(
         self, places: str | Iterable[str], first: str, second: str, column: str
@@ -87,11 +89,24 @@ class Measured:
         return self._runs.get((place, seed, spec), self.scores.frames.iloc[:0])
 
     @cached_property
+    def _by_tracker(self) -> dict[str, pd.DataFrame]:
+        """The rows of each tracker, by place and seed."""
+        indexed = self.table.set_index(["place", "seed"])
+        groups = indexed.groupby("tracker", sort=False)
+        return {str(tracker): rows for tracker, rows in groups}
+
+    @cached_property
+    def _nothing(self) -> pd.DataFrame:
+        """A table like those of the trackers, of none."""
+        return self.table.iloc[:0].set_index(["place", "seed"])
+
+    @cached_property
     def _runs(self) -> dict[tuple[str, int, str], pd.DataFrame]:
         """The frames of each run, by place, seed and tracker."""
         keys = ["scenario", "variant", "seed", "tracker"]
         found = {}
-        for _, frames in self.scores.frames.groupby(keys, sort=False):
-            scenario, variant, seed, tracker = frames.iloc[0][keys]
-            found[place_name(scenario, variant), int(seed), str(tracker)] = frames
+        for key, frames in self.scores.frames.groupby(keys, sort=False):
+            scenario, variant, seed, tracker = key
+            place = place_name(str(scenario), str(variant))
+            found[place, int(str(seed)), str(tracker)] = frames
         return found

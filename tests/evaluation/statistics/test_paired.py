@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import permutation_test
 
 from simbench.evaluation.statistics.paired import (
     count_to_detect,
     holm,
     paired_difference,
+    random_signs,
     sign_flip_p,
 )
 
@@ -47,6 +48,21 @@ def test_random_flips_are_near_the_exact_p(rng: np.random.Generator) -> None:
 def test_same_values_have_the_same_p_in_every_call(rng: np.random.Generator) -> None:
     values = rng.normal(0.2, 1.0, 40)
     assert float(sign_flip_p(values)) == float(sign_flip_p(values))
+
+
+@pytest.mark.parametrize("count", [5, 20, 300])  # the last is too large to be kept
+def test_signs_of_two_calls_are_the_same(count: int) -> None:
+    first, second = (list(random_signs(count, 10_000)) for _ in range(2))
+    assert_array_equal(np.concatenate(first), np.concatenate(second))
+    rows = np.concatenate(first)
+    assert_array_equal(rows[0], 1.0)
+    assert rows.shape == (2**5 if count == 5 else 10_000, count)
+
+
+def test_signs_that_are_kept_for_other_tests_cannot_be_changed() -> None:
+    signs = next(iter(random_signs(20, 10_000)))
+    with pytest.raises(ValueError, match="read-only"):
+        signs *= -1.0
 
 
 def test_columns_are_tested_one_by_one(rng: np.random.Generator) -> None:
