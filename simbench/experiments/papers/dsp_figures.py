@@ -120,18 +120,18 @@ def _mean_curve(
 def _usage(m: Measured, films: Sequence[str], spec: str, name: str) -> Drawing:
     """Figures 17 to 20: confidence and usage by frame, with 20 particles."""
     seed = m.seeds[0]
+    runs = {film: m.frames(film, seed, spec).iloc[1:] for film in films}
+    runs = {film: frames for film, frames in runs.items() if len(frames)}
+    most = max(frames["particles"].max() for frames in runs.values())
     panels = []
-    for film in films:
-        frames = m.frames(film, seed, spec).iloc[1:]
-        if not len(frames):
-            continue
+    for film, frames in runs.items():
         x = frames["frame"].to_numpy(np.float64)
         used = frames["particles"].to_numpy(np.float64)
         confidence = frames["confidence"].to_numpy(np.float64)
         overlap = frames["overlap"].to_numpy(np.float64)
         lines = [
             Line("confidence", x, confidence, "#0072B2"),
-            Line("usage, of 140", x, used / 140.0, "#D55E00"),
+            Line(f"usage, of {most:.0f}", x, used / max(most, 1.0), "#D55E00"),
             Line("overlap", x, overlap, "#9aa5b1", "3 3"),
         ]
         ends = (1.0, float(max(x[-1], 2.0)))

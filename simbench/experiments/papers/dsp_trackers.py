@@ -61,10 +61,13 @@ ENTRIES: Final = (
         _ablation(
             f"{name}, 250 particles, {setting}",
             f"{name}{ending}{_BUDGET}",
-            "as many measurements as DSP makes in five rounds",
+            note,
         )
         for name in ("gdpf-fix", "gdpf-brow")
-        for setting, ending in (("paper", "-paper"), ("ours", ""))
+        for setting, ending, note in (
+            ("paper", "-paper", "as many measurements as DSP makes in five rounds"),
+            ("ours", "", "as many particles"),
+        )
     ),
     _ablation("condensation", "condensation", "colours, no swarm"),
     _ablation("still", "still", "never moves"),

@@ -60,6 +60,7 @@ def page(
         f"`{command}` writes this page. n: {len(films)} films of "
         f"{films['place'].nunique()} scenarios, seeds {_spans(measured.seeds)}. "
         f"Made with {listed}.",
+        *_not_run(study, measured),
         f"Paper: {stated.paper}.",
         "## Claims",
         table_text(
@@ -125,6 +126,16 @@ def _changed(study: Study) -> list[str]:
         return []
     table = table_text(["tracker", "specification", "what it is here for"], rows)
     return ["## What was changed\n\n" + table]
+
+
+def _not_run(study: Study, measured: Measured) -> list[str]:
+    """Return a line on the parts of which there are no results."""
+    parts = [
+        f"{grid.name} (films a seed: {len(grid.places)})"
+        for grid in study.grids
+        if not measured.places.intersection(grid.places)
+    ]
+    return [f"Not run: {', '.join(parts)}."] if parts else []
 
 
 def _absent(study: Study) -> list[str]:
