@@ -193,11 +193,10 @@ def _both(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
 def _by_tracker(runs: pd.DataFrame, measure: str) -> dict[str, dict[str, float]]:
     """Return the mean of a measure by tracker and place; a failed run counts as 0."""
     scored = runs.assign(value=runs[measure].fillna(0.0).astype(float))
-    means = scored.groupby(["tracker", "scenario"], sort=False)["value"].mean()
-    found: dict[str, dict[str, float]] = {}
-    for (tracker, place), value in means.items():
-        found.setdefault(tracker, {})[place] = float(value)
-    return found
+    return {
+        str(tracker): of.groupby("scenario", sort=False)["value"].mean().to_dict()
+        for tracker, of in scored.groupby("tracker", sort=False)
+    }
 
 
 def _cell(values: Sequence[float]) -> str:
