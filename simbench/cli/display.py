@@ -106,7 +106,7 @@ def score_table(scores: Scores) -> Table:
     Shares have their interval on a second line; bold means that no other tracker is
     shown to be better.
     """
-    from simbench.evaluation.statistics.comparison import contest, instance_table
+    from simbench.evaluation.statistics.comparison import contest_in
     from simbench.evaluation.statistics.instance_statistics import summary
     from simbench.evaluation.statistics.intervals import LEAST_COUNT
 
@@ -131,7 +131,7 @@ def score_table(scores: Scores) -> Table:
         runs = scores.runs
         of_place = runs[(runs["scenario"] == place[0]) & (runs["variant"] == place[1])]
         contests = {
-            measure: contest(instance_table(of_place, measure), _BETTER.get(measure, 0))
+            measure: contest_in(of_place, measure, _BETTER.get(measure, 0))
             for measure in SCORE_COLUMNS
         }
         for index, (_, row) in enumerate(rows.iterrows()):

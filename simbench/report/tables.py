@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from simbench.evaluation.statistics.comparison import Contest, contest, instance_table
+from simbench.evaluation.statistics.comparison import Contest, contest_in
 from simbench.evaluation.statistics.instance_statistics import spread, summary
 from simbench.evaluation.statistics.intervals import describe_interval
 from simbench.report.sections import ReportSection, rows_of_seed
@@ -273,8 +273,7 @@ def _columns(
 
 
 def _contest(section: ReportSection, column: ScoreColumn) -> Contest:
-    values = instance_table(section.runs, column.measure)
-    return contest(values, column.better, column.decimals)
+    return contest_in(section.runs, column.measure, column.better, column.decimals)
 
 
 def _column(

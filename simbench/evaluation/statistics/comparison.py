@@ -25,6 +25,7 @@ __all__ = [
     "compare_runs",
     "compare_trackers",
     "contest",
+    "contest_in",
     "instance_table",
 ]
 
@@ -138,6 +139,20 @@ def contest(table: pd.DataFrame, better: int, decimals: int = 3) -> Contest:
     }
     best = frozenset(str(name) for name in means.index if name not in beaten)
     return Contest(best, False, "still" in best)
+
+
+def contest_in(
+    runs: pd.DataFrame, measure: str, better: int, decimals: int = 3
+) -> Contest:
+    """Return which trackers of some runs are the best in a measure, see `contest`.
+
+    The table of instances is made only where there is a contest, with two trackers
+    and a measure of which higher or lower values are better: making it takes longer
+    than all else about a cell of a table of scores.
+    """
+    if better == 0 or runs["tracker"].nunique() < 2:
+        return Contest(frozenset(), False, False)
+    return contest(instance_table(runs, measure), better, decimals)
 
 
 def compare_trackers(

@@ -12,6 +12,7 @@ from simbench.evaluation.statistics.comparison import (
     compare_runs,
     compare_trackers,
     contest,
+    contest_in,
     instance_table,
 )
 
@@ -134,3 +135,21 @@ def test_column_in_which_still_ties_the_best_is_flat(
 def test_tracker_without_scores_is_no_part_of_the_contest() -> None:
     table = table_of(a=[0.9] * 8, b=UP, c=[np.nan] * 8)
     assert contest(table, 1).best == {"a"}
+
+
+@pytest.mark.parametrize("better", [1, 0, -1])
+@pytest.mark.parametrize("trackers", [("still",), ("still", "a")])
+def test_contest_in_runs_is_that_of_their_table(
+    trackers: tuple[str, ...], better: int
+) -> None:
+    shown = runs({name: [0.9 - 0.3 * n] for n, name in enumerate(trackers)})
+    found = contest_in(shown, "success_50", better)
+    assert found == contest(instance_table(shown, "success_50"), better)
+    assert bool(found.best) == (better != 0 and len(trackers) > 1)
+
+
+def test_no_table_is_made_where_there_is_no_contest() -> None:
+    alone, both = runs({"a": [0.9]}), runs({"a": [0.9], "b": [0.1]})
+    for shown, better in ((alone, 1), (both, 0)):
+        without = shown.drop(columns="success_50")  # a table of it cannot be made
+        assert contest_in(without, "success_50", better).best == frozenset()
