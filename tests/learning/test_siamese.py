@@ -128,6 +128,23 @@ def test_offset_of_a_pair_is_where_the_vehicle_is(tmp_path: Path) -> None:
         assert found == pytest.approx(offset, abs=1.0)
 
 
+def test_size_of_a_pair_is_that_of_the_vehicle_as_it_is_stretched(
+    tmp_path: Path,
+) -> None:
+    crops = marked_crops(tmp_path)
+    crops.pictures[:, 60:100, 64:96] = (250, 0, 0)
+    crops.pictures[:, :, :64] = crops.pictures[:, :, 96:] = 100
+    crops.pictures[:, :60] = crops.pictures[:, 100:] = 100
+    crops.sizes[:] = (32.0, 40.0)
+    settings = PairSettings(occluder=0.0, growth=0.3, stretch=0.3, shift=4.0)
+    pairs = PairSampler(crops, settings, None).sample(6, np.random.default_rng(1))
+    assert np.ptp(pairs.sizes[:, 0] / pairs.sizes[:, 1]) > 0.1
+    for search, size in zip(pairs.searches, pairs.sizes, strict=True):
+        red = search[..., 0] - search[..., 1] > 125.0
+        seen = [np.ptp(each) + 1 for each in np.nonzero(red)]
+        assert seen == pytest.approx(size[::-1], abs=1.5)
+
+
 def test_pairs_of_one_seed_are_equal_and_of_another_are_not(tmp_path: Path) -> None:
     sampler = PairSampler(marked_crops(tmp_path), PairSettings(), Photometry())
     first, again, other = (
@@ -318,6 +335,7 @@ def test_head_for_boxes_learns_and_runs_without_pytorch(
         | {
             "box": {"channels": 6},
             "photometry": None,
+            "pairs": {"growth": 0.35, "stretch": 0.3, "shift": 8.0},
             "schedule": {"iterations": 60, "batch": 4, "warm_up": 5, "rate": 0.005},
         }
     )
@@ -326,9 +344,12 @@ def test_head_for_boxes_learns_and_runs_without_pytorch(
     def keep(done: float, total: float, what: str) -> None:
         losses.append(float(what.removeprefix("loss ")))
 
-    arrays = train_siambox(recipe, marked_crops(tmp_path), 0, keep)
+    crops = marked_crops(tmp_path)
+    arrays = train_siambox(recipe, crops, 0, keep)
     assert losses[-1] < losses[0]
     network = SiameseBoxNetwork(arrays)
+    told = [_told_size(network, crops.pictures[0], side) for side in (96.0, 160.0)]
+    assert told[0] > 1.15 * told[1]  # larger where the vehicle is shown larger
     crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
     exemplar = network.exemplar(np.ascontiguousarray(crop[:64, :64]))
     response, found = network.search(exemplar, crop)
@@ -345,7 +366,7 @@ def test_sides_without_pytorch_are_those_of_pytorch(rng: np.random.Generator) ->
     torch = deterministic_torch(0)
     network = siamese.make_network(torch, (8, 12, 16, 12, 8)).eval()
     head = siamese.make_box_head(torch, 8, 6).eval()
-    torch.nn.init.normal_(head[-1].weight, 0.0, 0.3)
+    torch.nn.init.normal_(head["sides"][-1].weight, 0.0, 0.3)
     crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
     target = np.ascontiguousarray(crop[:64, :64])
     with torch.no_grad():
@@ -439,6 +460,16 @@ def test_filters_without_pytorch_are_those_of_pytorch(
     own = SiameseFilterNetwork(arrays)
     found = own.responses(own.exemplar(crop), crop[None])[0]
     assert found == pytest.approx(expected.numpy(), abs=0.02)
+
+
+def _told_size(
+    network: SiameseBoxNetwork, picture: NDArray[np.uint8], side: float
+) -> float:
+    """Return the width that is told of a vehicle in a region of a size, in samples."""
+    exemplar = network.exemplar(square_crops(picture, 80.0, 80.0, [64.0], 64)[0])
+    crop = square_crops(picture, 80.0, 80.0, [side], 128)[0]
+    left, _, right, _ = network.sides(exemplar, network.search(exemplar, crop)[1], 8, 8)
+    return float(left + right)
 
 
 def _miss(

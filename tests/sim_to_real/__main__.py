@@ -171,9 +171,21 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     add("--jobs", type=int, default=core_count(), help="processes at a time")
     given = parser.parse_args(arguments)
     listed = sys.argv[1:] if arguments is None else list(arguments)
-    given.options = shlex.join(listed)
+    given.options = shlex.join(_that_decide(listed))
     given.work = given.work.absolute()
     return given
+
+
+def _that_decide(options: Sequence[str]) -> list[str]:
+    """Return the options but those of places and of speed, which decide no figure."""
+    found = []
+    rest = iter(options)
+    for option in rest:
+        if option in ("--work", "--page", "--jobs"):
+            next(rest, None)
+        else:
+            found.append(option)
+    return found
 
 
 if __name__ == "__main__":
