@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import expit
 
 import simbench.trackers.weights.siambox
@@ -47,6 +48,9 @@ class SiamBox:
     ----------
     size_rate : float, in [0, 1]
         Share of a change of size, in its logarithm, that is made in a frame.
+    calibrate : bool
+        Whether the network's error of the size in the first frame, where the box is
+        known, is taken out of all others.
     window : float, in [0, 1]
         Weight of a cosine window, which prefers small motions, in the response.
     weights : str
@@ -60,6 +64,7 @@ class SiamBox:
     """
 
     size_rate: float = 0.3
+    calibrate: bool = True
     window: float = 0.3
     weights: str = ""
 
@@ -79,9 +84,26 @@ class SiamBox:
         side = context_side(*self._size.tolist())
         crop = square_crops(frame.image, *self._place, [side], EXEMPLAR_SAMPLES)[0]
         self._exemplar = self._network.exemplar(crop)
+        self._gain = self._size / self._told(frame)[1] if self.calibrate else 1.0
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
+        place, size, odds = self._told(frame)
+        self._place = inside(frame.image, *place.tolist())
+        change = self._gain * size / self._size
+        low, high = GROWTH_RANGE
+        self._size = np.clip(
+            self._size * change**self.size_rate, low * self._first, high * self._first
+        )
+        return Estimate(
+            Box.from_center(*self._place, *self._size.tolist()),
+            confidence=float(expit(odds)),
+        )
+
+    def _told(
+        self, frame: Frame
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Return place and size, px, of the box that is told, and log odds."""
         side = SEARCH_SAMPLES / EXEMPLAR_SAMPLES * context_side(*self._size.tolist())
         crop = square_crops(frame.image, *self._place, [side], SEARCH_SAMPLES)[0]
         response, found = self._network.search(self._exemplar, crop)
@@ -94,15 +116,8 @@ class SiamBox:
         middle = STRIDE * (np.array([column, row]) - RESPONSE_SIDE // 2)
         off = np.array([right_side - left, bottom - top]) / 2.0
         place = np.array(self._place) + step * (middle + off)
-        self._place = inside(frame.image, *place.tolist())
         size = step * np.array([left + right_side, top + bottom])
-        size = self._size * (size / self._size) ** self.size_rate
-        low, high = GROWTH_RANGE
-        self._size = np.clip(size, low * self._first, high * self._first)
-        return Estimate(
-            Box.from_center(*self._place, *self._size.tolist()),
-            confidence=float(expit(response.max())),
-        )
+        return place, size, float(response.max())
 
 
 @cache
