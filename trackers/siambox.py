@@ -63,7 +63,7 @@ class SiamBox:
     `simbench.learning.siamese.network.box_sides`; no paper has this tracker.
     """
 
-    size_rate: float = 0.3
+    size_rate: float = 0.15
     calibrate: bool = True
     window: float = 0.3
     weights: str = ""

@@ -32,8 +32,13 @@ def network_that_tells(folder: Path, growth: tuple[float, float] = (1.0, 1.0)) -
         scale * side * factor / 2.0 for side, factor in zip(SIZE, growth, strict=True)
     ]
     arrays: dict[str, NDArray[np.float16]] = random_weights()
+    channels = CHANNELS[-1]
     head = {
-        "box_weights_0": np.zeros((4, CHANNELS[-1])),
+        "box_exemplar_weights": np.zeros((channels, channels, 3, 3)),
+        "box_exemplar_biases": np.zeros(channels),
+        "box_search_weights": np.zeros((channels, channels, 3, 3)),
+        "box_search_biases": np.zeros(channels),
+        "box_weights_0": np.zeros((4, channels)),
         "box_biases_0": np.zeros(4),
         "box_weights_1": np.zeros((4, 4)),
         "box_biases_1": np.log(np.array(half * 2) / SIDE_UNIT),
@@ -53,15 +58,30 @@ def test_size_goes_to_that_of_the_network_by_the_rate(
 ) -> None:
     weights = network_that_tells(tmp_path, growth=(1.2, 1.0))
     short = Clip(crossing.frames[:2], crossing.boxes[:2])
-    boxes = run_tracker(SiamBox(weights=weights, size_rate=0.5), short)
+    tracker = SiamBox(weights=weights, size_rate=0.5, calibrate=False)
+    boxes = run_tracker(tracker, short)
     assert boxes[1, 2] == pytest.approx(SIZE[0] * 1.2**0.5, rel=0.01)
     assert boxes[1, 3] == pytest.approx(SIZE[1], rel=0.01)
+
+
+def test_error_of_the_first_frame_is_taken_out(tmp_path: Path, crossing: Clip) -> None:
+    weights = network_that_tells(tmp_path, growth=(1.5, 0.8))
+    boxes = run_tracker(SiamBox(weights=weights), crossing)
+    assert boxes[-1, 2:] == pytest.approx(SIZE, rel=0.02)
 
 
 def test_weights_without_a_head_are_refused(tmp_path: Path) -> None:
     weights = write(tmp_path / "w.npz", random_weights())
     with pytest.raises(TrackerError, match="expected those of a head for boxes"):
         SiamBox(weights=weights)
+
+
+def test_shipped_network_follows_the_size_of_an_approaching_car() -> None:
+    sides = np.geomspace(50.0, 80.0, 30)
+    clip = render_clip(straight(30, (90, 150), (2.0, 0.0)), sides)
+    boxes = run_tracker(SiamBox(), clip)
+    assert success(boxes, clip) > 0.95
+    assert boxes[-1, 2] / boxes[0, 2] > 1.3
 
 
 def test_bad_parameter_is_one_line(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import simbench.trackers.weights.siamfc as shipped
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.siamese_network import KERNELS, SiameseNetwork
 from simbench.trackers.parts.weights_file import card_path, pack_weights
@@ -151,11 +151,13 @@ def test_weights_and_their_card_enter_the_key_of_results(weights: str) -> None:
     assert names == ["w.npz", "w.json"]
 
 
-def test_shipped_weights_are_small_and_described_by_their_card() -> None:
-    path = Path(shipped.__file__).with_name("weights.npz")
+@pytest.mark.parametrize("name", ["siamfc", "siambox"])
+def test_shipped_weights_are_small_and_described_by_their_card(name: str) -> None:
+    package = import_module(f"simbench.trackers.weights.{name}")
+    path = Path(package.__path__[0]) / "weights.npz"
     card = json.loads(card_path(path).read_text())
     assert path.stat().st_size == card["bytes"] <= 1_000_000
-    assert card["name"] == "siamfc"
+    assert card["name"] == name
     assert min(card["recipe"]["films"]["seeds"]) >= 10_000
     assert not card["commit"].endswith("-dirty")
 
