@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import yaml
+from pydantic import ValidationError
 
 from simbench.core.atomic_write import atomic_write
 from simbench.learning.recipe import read_recipe, shipped_recipe
@@ -74,8 +75,14 @@ class Network:
         return None
 
     def _is_of(self, card: Mapping[str, Any]) -> bool:
-        stated = card["name"], card["seed"], card["recipe"]
-        return stated == (self.tracker, self.seed, self.recipe())
+        if (card["name"], card["seed"]) != (self.tracker, self.seed):
+            return False
+        kind = find_training(self.tracker).recipe
+        try:  # keys that came later have their defaults
+            stated = kind.model_validate(card["recipe"]).model_dump(mode="json")
+        except ValidationError:
+            return False
+        return stated == self.recipe()
 
 
 def card_of(weights: Path) -> dict[str, Any]:
