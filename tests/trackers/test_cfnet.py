@@ -53,6 +53,13 @@ def test_filter_is_the_mean_over_frames(
     assert tracker._exemplar == pytest.approx(mean, abs=1e-3)
 
 
+def test_shipped_network_passes_a_car_of_the_same_kind() -> None:
+    other = straight(30, (150, 200), (-1.0, -1.0))
+    path = straight(30, (60, 150), (3.0, 0.5))
+    clip = render_clip(path, np.full(30, 50.0), distractor=other)
+    assert success(run_tracker(CfNet(), clip), clip) > 0.95
+
+
 def test_bad_rate_is_one_line(weights: str) -> None:
     with pytest.raises(TrackerError, match=r"filter_rate must be in \[0, 1\], got 2"):
         CfNet(weights=weights, filter_rate=2.0)
