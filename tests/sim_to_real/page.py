@@ -194,7 +194,10 @@ def _by_tracker(runs: pd.DataFrame, measure: str) -> dict[str, dict[str, float]]
     """Return the mean of a measure by tracker and place; a failed run counts as 0."""
     scored = runs.assign(value=runs[measure].fillna(0.0).astype(float))
     return {
-        str(tracker): of.groupby("scenario", sort=False)["value"].mean().to_dict()
+        str(tracker): {
+            str(place): float(values.mean())
+            for place, values in of.groupby("scenario", sort=False)["value"]
+        }
         for tracker, of in scored.groupby("tracker", sort=False)
     }
 
