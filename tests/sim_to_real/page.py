@@ -143,8 +143,8 @@ def _ablations(results: Results) -> str:
 def _speed_note() -> str:
     return (
         "Median over the clips, wall time of the tracker alone, on one core; of a "
-        "network, of its fastest training. The machine may have had other work: "
-        "compare rows, not machines."
+        "network, of its fastest training. The machine may have had other work, "
+        "more at some times than at others: an order of size, no comparison."
     )
 
 
