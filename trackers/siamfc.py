@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
+import simbench.trackers.weights.siamfc
 from simbench.core.box import Box
 from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
-from simbench.trackers.parts.siamese_network import RESPONSE_SIDE, STRIDE, load_siamfc
+from simbench.trackers.parts.response_peak import ResponsePeak, finer_response
+from simbench.trackers.parts.siamese_network import SiameseNetwork
 from simbench.trackers.parts.square_crops import (
     EXEMPLAR_SAMPLES,
     SEARCH_SAMPLES,
     context_side,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import card_path
+from simbench.trackers.parts.weights_file import card_path, read_weights
 
 __all__ = ["SiamFc"]
 
 GROWTH_RANGE = (0.2, 8.0)  # of the first box
-FINER = 8  # responses are interpolated to so many times as many
 MIN_SIDE_PX = 2.0  # of the target
 
 
@@ -58,11 +59,11 @@ class SiamFc:
 
     Notes
     -----
-    Sizes, weights and rates are those of the authors' code with three scales
-    (SiamFC-3s); the window's weight is larger, since the search region is half as
-    large. The network is smaller, and sees crops of 64 and 128 samples. Confidence is
-    the logistic function of the greatest response, which was trained as the log odds
-    that the target is there.
+    Scales, their weight and their rate are those of the authors' code (SiamFC-3s); the
+    window has a weight of 0.3 in place of 0.176. The network is smaller, and sees crops
+    of 64 and 128 samples in place of 127 and 255. Confidence is the logistic function
+    of the greatest response, which was trained as the log odds that the target is
+    there.
     """
 
     scale_step: float = 1.0375
@@ -75,14 +76,17 @@ class SiamFc:
         """Check the parameters, and read the weights."""
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
-        for name in ("scale_weight", "scale_rate", "window"):
+        if not 0.0 < self.scale_weight <= 1.0:
+            raise TrackerError(
+                f"scale_weight must be in (0, 1], got {self.scale_weight}"
+            )
+        for name in ("scale_rate", "window"):
             if not 0.0 <= (value := getattr(self, name)) <= 1.0:
                 raise TrackerError(f"{name} must be in [0, 1], got {value}")
-        self._network = load_siamfc(self.weights)
+        self._network = _network(self.weights)
         given = Path(self.weights)
         self.data_files = (given, card_path(given)) if self.weights else ()
-        cosine = np.hanning(FINER * RESPONSE_SIDE)
-        self._cosine = np.outer(cosine, cosine) / cosine.sum() ** 2
+        self._peak = ResponsePeak(self.window)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -103,7 +107,7 @@ class SiamFc:
         crops = square_crops(frame.image, self._x, self._y, sides, SEARCH_SAMPLES)
         responses = self._network.responses(self._exemplar, crops)
         best = self._best_scale(responses)
-        right, down = self._shift(responses[best])
+        right, down = self._peak(responses[best])
         step = sides[best] / SEARCH_SAMPLES
         self._x, self._y = _inside(frame, self._x + right * step, self._y + down * step)
         change = 1.0 + self.scale_rate * (scales[best] - 1.0)
@@ -113,34 +117,23 @@ class SiamFc:
         odds = float(responses[best].max())
         return Estimate(
             Box.from_center(self._x, self._y, width, height),
-            confidence=1.0 / (1.0 + math.exp(-min(max(odds, -50.0), 50.0))),
+            confidence=float(expit(odds)),
         )
 
     def _best_scale(self, responses: NDArray[np.float32]) -> int:
         """Return the index of the scale with the best maximum, the last preferred."""
-        highest = [float(_finer(each).max()) for each in responses]
+        highest = [float(finer_response(each).max()) for each in responses]
         for index in (0, 2):
-            value, weight = highest[index], max(self.scale_weight, 1e-6)
+            value, weight = highest[index], self.scale_weight
             highest[index] = value * weight if value > 0.0 else value / weight
         return int(np.argmax(highest))
 
-    def _shift(self, response: NDArray[np.float32]) -> tuple[float, float]:
-        """Return how far right and down the target is, in samples of a crop."""
-        finer = _finer(response).astype(np.float64)
-        finer -= finer.min()
-        finer /= max(float(finer.sum()), 1e-9)
-        finer = (1.0 - self.window) * finer + self.window * self._cosine
-        row, column = divmod(int(finer.argmax()), finer.shape[1])
-        middle = (FINER * RESPONSE_SIDE - 1) / 2.0
-        step = STRIDE / FINER
-        return step * (column - middle), step * (row - middle)
 
-
-def _finer(response: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a response, interpolated to `FINER` times as many places."""
-    side = FINER * RESPONSE_SIDE
-    finer = cv2.resize(response, (side, side), interpolation=cv2.INTER_CUBIC)
-    return np.asarray(finer, np.float32)
+@cache
+def _network(path: str) -> SiameseNetwork:
+    """Return the network of a file of weights; of an empty path, that which ships."""
+    folder = Path(simbench.trackers.weights.siamfc.__file__).parent
+    return SiameseNetwork(read_weights(Path(path) if path else folder / "weights.npz"))
 
 
 def _inside(frame: Frame, x: float, y: float) -> tuple[float, float]:

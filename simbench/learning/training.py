@@ -22,6 +22,7 @@ TRAININGS: Final = {
     "encoder": "simbench.learning.encoder.train_encoder",
     "nbrf": "simbench.learning.nbrf",
     "siamfc": "simbench.learning.siamese.train_siamfc",
+    "siambox": "simbench.learning.siamese.train_siambox",
 }
 """Modules of the trainings by name; each has a `Training` named ``TRAINING``."""
 

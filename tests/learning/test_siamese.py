@@ -14,19 +14,22 @@ from simbench.core.box import Box
 from simbench.core.errors import SimbenchError
 from simbench.datasets.native import write_sequence
 from simbench.learning.recipe import read_recipe
-from simbench.learning.siamese.losses import response_labels
-from simbench.learning.siamese.pairs import PairSampler
+from simbench.learning.siamese.losses import box_loss, response_labels, true_sides
+from simbench.learning.siamese.pairs import Pairs, PairSampler
 from simbench.learning.siamese.photometric import change_picture, sample_tone
 from simbench.learning.siamese.siamese_recipe import (
     CropChoice,
     PairSettings,
     Photometry,
+    SiamBoxRecipe,
     SiameseRecipe,
 )
+from simbench.learning.siamese.train_siambox import train_siambox
 from simbench.learning.siamese.train_siamfc import train_siamfc
 from simbench.learning.siamese.training_loop import learning_rate
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
+from simbench.trackers.parts.siamese_box import SiameseBoxNetwork
 from simbench.trackers.parts.siamese_network import SiameseNetwork
 from simbench.trackers.parts.square_crops import square_crops
 from simbench.trackers.parts.weights_file import pack_weights
@@ -153,6 +156,36 @@ def test_labels_are_within_the_radius_of_the_vehicle() -> None:
     assert sorted(zip(*np.nonzero(labels[1]), strict=True)) == sorted(moved)
 
 
+def _pairs(offsets: list[list[float]], sizes: list[list[float]]) -> Pairs:
+    """Return pairs without pictures."""
+    none = np.zeros((len(offsets), 0, 0, 3), np.float32)
+    return Pairs(none, none, np.array(offsets, np.float32), np.array(sizes, np.float32))
+
+
+def test_sides_of_the_box_are_counted_from_each_place() -> None:
+    sides = true_sides(_pairs([[0.0, 0.0], [8.0, -4.0]], [[30.0, 20.0], [30.0, 20.0]]))
+    assert sides.shape == (2, 4, 17, 17)
+    assert sides[0, :, 8, 8].tolist() == [15.0, 10.0, 15.0, 10.0]
+    assert sides[0, :, 8, 9].tolist() == [19.0, 10.0, 11.0, 10.0]
+    assert sides[1, :, 8, 8].tolist() == [7.0, 14.0, 23.0, 6.0]
+
+
+@pytest.mark.train
+@needs_torch
+def test_loss_of_boxes_is_that_of_their_overlap() -> None:
+    import torch
+
+    pairs = _pairs([[0.0, 0.0]], [[30.0, 20.0]])
+    labels = response_labels(pairs.offsets, 8.0)
+    sides = torch.from_numpy(true_sides(pairs)).clamp(min=1.0)
+    assert box_loss(torch, sides, pairs, labels).item() == pytest.approx(0.0, abs=1e-6)
+    sides[:, 1] = sides[:, 3] = 40.0  # a larger box, of which it is a quarter
+    labels[:] = False
+    labels[0, 8, 8] = True
+    found = box_loss(torch, sides, pairs, labels).item()
+    assert found == pytest.approx(np.log(4.0), rel=1e-5)
+
+
 def test_step_size_rises_and_then_falls_to_nearly_nothing() -> None:
     schedule = TINY.schedule.model_copy(update={"iterations": 1000, "warm_up": 50})
     rates = [learning_rate(schedule, done) for done in range(1000)]
@@ -268,6 +301,62 @@ def test_features_without_pytorch_are_those_of_pytorch(
     own = SiameseNetwork(arrays)
     found = own.responses(own.exemplar(np.ascontiguousarray(crops[0, :64, :64])), crops)
     assert found == pytest.approx(expected.numpy(), abs=0.02)  # weights of 16 bits
+
+
+@pytest.mark.train
+@needs_torch
+def test_head_for_boxes_learns_and_runs_without_pytorch(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    recipe = SiamBoxRecipe.model_validate(
+        TINY.model_dump()
+        | {
+            "box": {"channels": 6},
+            "photometry": None,
+            "schedule": {"iterations": 60, "batch": 4, "warm_up": 5, "rate": 0.005},
+        }
+    )
+    losses: list[float] = []
+
+    def keep(done: float, total: float, what: str) -> None:
+        losses.append(float(what.removeprefix("loss ")))
+
+    arrays = train_siambox(recipe, marked_crops(tmp_path), 0, keep)
+    assert losses[-1] < losses[0]
+    network = SiameseBoxNetwork(arrays)
+    crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
+    exemplar = network.exemplar(np.ascontiguousarray(crop[:64, :64]))
+    response, found = network.search(exemplar, crop)
+    assert np.array_equal(response, network.responses(exemplar, crop[None])[0])
+    assert np.all(network.sides(exemplar, found, 3, 10) > 0.0)
+
+
+@pytest.mark.train
+@needs_torch
+def test_sides_without_pytorch_are_those_of_pytorch(rng: np.random.Generator) -> None:
+    from simbench.learning.siamese import network as siamese
+    from simbench.learning.torch_backend import deterministic_torch
+
+    torch = deterministic_torch(0)
+    network = siamese.make_network(torch, (8, 12, 16, 12, 8)).eval()
+    head = siamese.make_box_head(torch, 8, 6).eval()
+    torch.nn.init.normal_(head[-1].weight, 0.0, 0.3)
+    crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
+    target = np.ascontiguousarray(crop[:64, :64])
+    with torch.no_grad():
+        both = (
+            siamese.features(torch, network, each[None].astype(np.float32))
+            for each in (target, crop)
+        )
+        expected = siamese.box_sides(torch, head, *both).numpy()[0, :, 4, 11]
+        arrays = {
+            **siamese.folded_arrays(torch, network),
+            **siamese.folded_box_arrays(torch, head),
+        }
+    own = SiameseBoxNetwork(arrays)
+    exemplar = own.exemplar(target)
+    found = own.sides(exemplar, own.search(exemplar, crop)[1], 4, 11)
+    assert found == pytest.approx(expected, rel=0.02)
 
 
 def _miss(network: SiameseNetwork, picture: NDArray[np.uint8]) -> float:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import cache
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-import simbench.trackers.weights.siamfc
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.convolution import (
     convolve,
@@ -20,7 +17,6 @@ from simbench.trackers.parts.convolution import (
     winograd_weights,
 )
 from simbench.trackers.parts.square_crops import EXEMPLAR_SAMPLES
-from simbench.trackers.parts.weights_file import read_weights
 
 __all__ = [
     "KERNELS",
@@ -29,7 +25,6 @@ __all__ = [
     "RESPONSE_SIDE",
     "STRIDE",
     "SiameseNetwork",
-    "load_siamfc",
 ]
 
 KERNELS: Final = (7, 3, 3, 3, 3)
@@ -81,8 +76,7 @@ class SiameseNetwork:
         """
         found = self._features(crop)
         channels = found.shape[-1]
-        flat: Picture = found.reshape(-1, channels)
-        return flat * np.float32(self._scale / np.sqrt(flat.size))
+        return found.reshape(-1, channels)
 
     def responses(
         self, exemplar: Picture, crops: NDArray[np.uint8]
@@ -101,23 +95,26 @@ class SiameseNetwork:
             Log odds that the target is there; `STRIDE` samples apart, the middle one
             in the middle of the crop.
         """
-        return np.stack([self._response(exemplar, crop) for crop in crops])
+        return np.stack(
+            [self._correlated(exemplar, self._features(crop)) for crop in crops]
+        )
 
-    def _response(self, exemplar: Picture, crop: NDArray[np.uint8]) -> Picture:
-        found = self._features(crop)
+    def _correlated(self, exemplar: Picture, found: Picture) -> Picture:
+        """Return the response of features, (22, 22, C), to an exemplar, (17, 17)."""
         rows, columns, channels = found.shape
         side = round(len(exemplar) ** 0.5)
         height, width = rows - side + 1, columns - side + 1
         products = (exemplar @ found.reshape(-1, channels).T).reshape(
             side, side, rows, columns
         )
-        total = np.full((height, width), self._bias, np.float32)
+        total = np.zeros((height, width), np.float32)
         for down in range(side):
             for right in range(side):
                 total += products[
                     down, right, down : down + height, right : right + width
                 ]
-        return total
+        gain = self._scale / math.sqrt(exemplar.size)
+        return np.float32(gain) * total + np.float32(self._bias)
 
     def _features(self, crop: NDArray[np.uint8]) -> Picture:
         """Return the features of a crop, (n, n, C)."""
@@ -132,19 +129,6 @@ class SiameseNetwork:
                 values, weights, biases, -math.inf if is_last else 0.0
             )
         return values
-
-
-@cache
-def load_siamfc(path: str = "") -> SiameseNetwork:
-    """Return the network of a file, see `read_weights`; by default the shipped one.
-
-    Raises
-    ------
-    TrackerError
-        If the file cannot be read, or holds no such network.
-    """
-    folder = Path(simbench.trackers.weights.siamfc.__file__).parent
-    return SiameseNetwork(read_weights(Path(path) if path else folder / "weights.npz"))
 
 
 def _folded(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -10,9 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.learning.training import Arrays
+from simbench.trackers.parts.siamese_box import MOST_LOG, SIDE_UNIT
 from simbench.trackers.parts.siamese_network import KERNELS, LEVEL_MEAN, LEVEL_SPREAD
 
-__all__ = ["features", "folded_arrays", "make_network", "responses"]
+__all__ = [
+    "box_sides",
+    "features",
+    "folded_arrays",
+    "folded_box_arrays",
+    "make_box_head",
+    "make_network",
+    "responses",
+]
 
 
 def make_network(torch: Any, channels: Sequence[int]) -> Any:
@@ -88,25 +97,98 @@ def responses(torch: Any, network: Any, exemplars: Any, searches: Any) -> Any:
     return network["response"]["scale"] * raw + network["response"]["bias"]
 
 
+def make_box_head(torch: Any, channels: int, hidden: int) -> Any:
+    """Return the head for boxes, with random first weights.
+
+    Parameters
+    ----------
+    torch : module
+    channels : int
+        Of the features.
+    hidden : int
+        Channels between its two layers.
+    """
+    nn = torch.nn
+    head = nn.Sequential(
+        nn.Conv2d(channels, hidden, 1),
+        nn.BatchNorm2d(hidden),
+        nn.ReLU(),
+        nn.Conv2d(hidden, 4, 1),
+    )
+    nn.init.zeros_(head[-1].weight)
+    nn.init.zeros_(head[-1].bias)
+    return head
+
+
+def box_sides(torch: Any, head: Any, exemplars: Any, searches: Any) -> Any:
+    """Return the sides of the boxes that a head tells at all places.
+
+    Parameters
+    ----------
+    torch : module
+    head
+        As of `make_box_head`.
+    exemplars : (B, C, 6, 6)
+    searches : (B, C, 22, 22)
+        Of the same vehicles.
+
+    Returns
+    -------
+    (B, 4, 17, 17)
+        Distances of left, top, right and bottom from each place, in samples.
+
+    References
+    ----------
+    Correlation channel by channel: Li, Wu, Wang, Zhang, Xing, Yan, "SiamRPN++", CVPR
+    2019, section 3.3. Distances of the sides, as exponentials: Tian, Shen, Chen, He,
+    "FCOS", ICCV 2019, section 3.1.
+    """
+    count, channels, side = exemplars.shape[:3]
+    matches = torch.nn.functional.conv2d(
+        searches.reshape(1, count * channels, *searches.shape[2:]),
+        exemplars.reshape(count * channels, 1, side, side),
+        groups=count * channels,
+    )
+    matches = matches.reshape(count, channels, *matches.shape[2:]) / side
+    return SIDE_UNIT * torch.exp(head(matches).float().clamp(-MOST_LOG, MOST_LOG))
+
+
 def folded_arrays(torch: Any, network: Any) -> Arrays:
     """Return the arrays of `simbench.trackers.parts.siamese_network`, float16.
 
     Batch normalisation, which after training is a scale and a bias for each channel,
     goes into the convolution before it.
     """
-    layers = list(network["features"])
     found: dict[str, NDArray[np.float16]] = {}
-    number = 0
-    with torch.no_grad():
-        for layer, norm in pairwise(layers):
-            if not isinstance(norm, torch.nn.BatchNorm2d):
-                continue
-            gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
-            weights = layer.weight * gain[:, None, None, None]
-            biases = (layer.bias - norm.running_mean) * gain + norm.bias
-            found[f"weights_{number}"] = weights.contiguous().numpy().astype(np.float16)
-            found[f"biases_{number}"] = biases.numpy().astype(np.float16)
-            number += 1
-        scale, bias = (network["response"][name].item() for name in ("scale", "bias"))
+    for number, (weights, biases) in enumerate(_folded(torch, network["features"])):
+        found[f"weights_{number}"], found[f"biases_{number}"] = weights, biases
+    scale, bias = (network["response"][name].item() for name in ("scale", "bias"))
     found["response"] = np.array([scale, bias], np.float16)
     return found
+
+
+def folded_box_arrays(torch: Any, head: Any) -> Arrays:
+    """Return the arrays of `simbench.trackers.parts.siamese_box`, float16."""
+    found: dict[str, NDArray[np.float16]] = {}
+    for number, (weights, biases) in enumerate(_folded(torch, head)):
+        found[f"box_weights_{number}"] = weights[:, :, 0, 0]
+        found[f"box_biases_{number}"] = biases
+    return found
+
+
+def _folded(
+    torch: Any, layers: Any
+) -> Iterator[tuple[NDArray[np.float16], NDArray[np.float16]]]:
+    """Yield weights and biases of convolutions, with the normalisation after them."""
+    for layer, norm in pairwise([*layers, None]):
+        if not isinstance(layer, torch.nn.Conv2d):
+            continue
+        weights, biases = layer.weight.detach(), layer.bias.detach()
+        if isinstance(norm, torch.nn.BatchNorm2d):
+            gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+            weights = weights * gain.detach()[:, None, None, None]
+            biases = (biases - norm.running_mean) * gain + norm.bias
+        yield tuple(
+            each.detach().contiguous().numpy().astype(np.float16)
+            for each in (weights, biases)
+        )

@@ -10,11 +10,13 @@ from simbench.learning.recipe import TrainingRecipe
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
+    "BoxSettings",
     "CropChoice",
     "LossSettings",
     "PairSettings",
     "Photometry",
     "Schedule",
+    "SiamBoxRecipe",
     "SiameseRecipe",
 ]
 
@@ -186,3 +188,29 @@ class SiameseRecipe(TrainingRecipe):
     )
     loss: LossSettings = LossSettings()
     schedule: Schedule
+
+
+class BoxSettings(StrictModel):
+    """The head that tells a vehicle's box.
+
+    Attributes
+    ----------
+    channels : int
+        Of its hidden layer.
+    weight : float
+        Of its loss.
+    """
+
+    channels: Channels = 64
+    weight: float = Field(default=1.0, ge=0.0, le=100.0)
+
+
+class SiamBoxRecipe(SiameseRecipe):
+    """What a Siamese network with a head for boxes is trained on, and how.
+
+    Attributes
+    ----------
+    box : BoxSettings
+    """
+
+    box: BoxSettings = BoxSettings()
