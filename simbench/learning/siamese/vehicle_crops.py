@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -86,7 +86,7 @@ def cached_crops(
     if path.is_file():
         os.utime(path)
     else:
-        found = _all_crops(folders, choice, progress)
+        found: dict[str, Any] = _all_crops(folders, choice, progress)
         with atomic_write(path) as temporary, temporary.open("wb") as file:
             np.savez(file, allow_pickle=False, **found)
     with np.load(path, allow_pickle=False) as kept:
