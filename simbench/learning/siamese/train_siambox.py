@@ -14,14 +14,13 @@ from simbench.learning.siamese.network import (
     make_network,
     responses,
 )
-from simbench.learning.siamese.pairs import Pairs, PairSampler
+from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiamBoxRecipe
 from simbench.learning.siamese.train_siamfc import prepare_crops
 from simbench.learning.siamese.training_loop import learn_from_pairs
 from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.learning.torch_backend import deterministic_torch
 from simbench.learning.training import Arrays, Training
-from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
 
 __all__ = ["TRAINING", "train_siambox"]
@@ -55,16 +54,14 @@ def train_siambox(
             where = response_loss(torch, found, labels, recipe.loss.negatives)
             return where + recipe.box.weight * box_loss(torch, sides, pairs, labels)
 
-    decides = (recipe.model_dump(mode="json"), crops.digest, seed)
-    key = digest_of(code_digest(__name__), torch.__version__, *decides)[:16]
     learn_from_pairs(
         torch,
         network,
         loss_of,
-        PairSampler(crops, recipe.pairs, recipe.photometry),
-        recipe.schedule,
+        recipe,
+        crops,
+        module=__name__,
         seed=seed,
-        checkpoint=crops.cache / f".siambox-{key}.pt",
         progress=progress,
     )
     network.eval()

@@ -13,13 +13,12 @@ from simbench.learning.siamese.network import (
     make_network,
     responses,
 )
-from simbench.learning.siamese.pairs import Pairs, PairSampler
+from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
 from simbench.learning.siamese.training_loop import learn_from_pairs
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.torch_backend import deterministic_torch
 from simbench.learning.training import Arrays, Training
-from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
 
 __all__ = ["TRAINING", "prepare_crops", "train_siamfc"]
@@ -56,16 +55,14 @@ def train_siamfc(
         with torch.autocast("cpu", enabled=False):
             return response_loss(torch, found, labels, recipe.loss.negatives)
 
-    decides = (recipe.model_dump(mode="json"), crops.digest, seed)
-    key = digest_of(code_digest(__name__), torch.__version__, *decides)[:16]
     learn_from_pairs(
         torch,
         network,
         loss_of,
-        PairSampler(crops, recipe.pairs, recipe.photometry),
-        recipe.schedule,
+        recipe,
+        crops,
+        module=__name__,
         seed=seed,
-        checkpoint=crops.cache / f".siamfc-{key}.pt",
         progress=progress,
     )
     return folded_arrays(torch, network.eval())

@@ -12,7 +12,9 @@ import numpy as np
 
 from simbench.learning.siamese.checkpoint import load_checkpoint, save_checkpoint
 from simbench.learning.siamese.pairs import Pairs, PairSampler
-from simbench.learning.siamese.siamese_recipe import Schedule
+from simbench.learning.siamese.siamese_recipe import Schedule, SiameseRecipe
+from simbench.learning.siamese.vehicle_crops import VehicleCrops
+from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
 
 __all__ = ["learn_from_pairs", "learning_rate"]
@@ -27,14 +29,17 @@ def learn_from_pairs(
     torch: Any,
     network: Any,
     loss_of: Callable[[Pairs], Any],
-    sampler: PairSampler,
-    schedule: Schedule,
+    recipe: SiameseRecipe,
+    crops: VehicleCrops,
     *,
+    module: str,
     seed: int,
-    checkpoint: Path,
     progress: Progress,
 ) -> None:
     """Train a network, from its checkpoint if there is one; it is removed at the end.
+
+    The checkpoint is kept beside the crops; its name is a digest of all that decides
+    the training.
 
     The pairs of an iteration depend on the seed and its number only, so that a
     training that goes on from a checkpoint ends with the same bytes.
@@ -46,13 +51,16 @@ def learn_from_pairs(
         A module of PyTorch.
     loss_of : callable
         Returns the loss of pairs, of which gradients can be taken.
-    sampler : PairSampler
-    schedule : Schedule
+    recipe : SiameseRecipe
+    crops : VehicleCrops
+    module : str
+        Dotted name of the module that trains: its code is part of that digest.
     seed : int
-    checkpoint : Path
-        Its name is a digest of all that decides the training.
     progress : callable of (done, total, what)
     """
+    schedule = recipe.schedule
+    sampler = PairSampler(crops, recipe.pairs, recipe.photometry)
+    checkpoint = _checkpoint(torch, recipe, crops, module, seed)
     optimiser = torch.optim.AdamW(
         network.parameters(), lr=schedule.rate, weight_decay=schedule.decay
     )
@@ -75,6 +83,14 @@ def learn_from_pairs(
             mean = sum(losses) / len(losses)
             progress(done, schedule.iterations, f"loss {mean:.3f}")
     checkpoint.unlink(missing_ok=True)
+
+
+def _checkpoint(
+    torch: Any, recipe: SiameseRecipe, crops: VehicleCrops, module: str, seed: int
+) -> Path:
+    decides = (recipe.model_dump(mode="json"), crops.digest, seed)
+    key = digest_of(code_digest(module), torch.__version__, *decides)[:16]
+    return crops.cache / f".{module.rpartition('.')[2]}-{key}.pt"
 
 
 def learning_rate(schedule: Schedule, done: int) -> float:
