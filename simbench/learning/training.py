@@ -23,6 +23,7 @@ TRAININGS: Final = {
     "nbrf": "simbench.learning.nbrf",
     "siamfc": "simbench.learning.siamese.train_siamfc",
     "siambox": "simbench.learning.siamese.train_siambox",
+    "cfnet": "simbench.learning.siamese.train_cfnet",
 }
 """Modules of the trainings by name; each has a `Training` named ``TRAINING``."""
 

@@ -24,12 +24,17 @@ from simbench.learning.siamese.siamese_recipe import (
     SiamBoxRecipe,
     SiameseRecipe,
 )
+from simbench.learning.siamese.train_cfnet import train_cfnet
 from simbench.learning.siamese.train_siambox import train_siambox
 from simbench.learning.siamese.train_siamfc import train_siamfc
 from simbench.learning.siamese.training_loop import learning_rate
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
 from simbench.trackers.parts.siamese_box import SiameseBoxNetwork
+from simbench.trackers.parts.siamese_filter import (
+    SiameseFilterNetwork,
+    closed_form_filter,
+)
 from simbench.trackers.parts.siamese_network import SiameseNetwork
 from simbench.trackers.parts.square_crops import square_crops
 from simbench.trackers.parts.weights_file import pack_weights
@@ -359,10 +364,91 @@ def test_sides_without_pytorch_are_those_of_pytorch(rng: np.random.Generator) ->
     assert found == pytest.approx(expected, rel=0.02)
 
 
-def _miss(network: SiameseNetwork, picture: NDArray[np.uint8]) -> float:
+@pytest.mark.train
+@needs_torch
+def test_gradient_goes_through_the_closed_form() -> None:
+    import torch
+
+    from simbench.learning.siamese.filter_layer import closed_form_filters
+
+    generator = torch.Generator().manual_seed(0)
+
+    def sampled(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    values = sampled(2, 3, 5, 5).requires_grad_()
+    ridge = torch.tensor([0.7], dtype=torch.float64, requires_grad=True)
+    wanted = sampled(5, 5)
+
+    def filters(values: torch.Tensor, ridge: torch.Tensor) -> torch.Tensor:
+        found: torch.Tensor = closed_form_filters(torch, values, wanted, ridge)
+        return found
+
+    assert torch.autograd.gradcheck(filters, (values, ridge))
+    expected = [
+        closed_form_filter(each.detach().numpy(), wanted.numpy(), 0.7)
+        for each in values
+    ]
+    assert filters(values, ridge).detach().numpy() == pytest.approx(np.array(expected))
+
+
+@pytest.mark.train
+@needs_torch
+def test_network_with_a_filter_learns_and_runs_without_pytorch(tmp_path: Path) -> None:
+    recipe = TINY.model_copy(
+        update={
+            "channels": (8, 8, 8, 8, 8),
+            "schedule": TINY.schedule.model_copy(
+                update={"iterations": 80, "batch": 6, "warm_up": 5, "rate": 0.005}
+            ),
+            "photometry": None,
+        }
+    )
+    losses: list[float] = []
+
+    def keep(done: float, total: float, what: str) -> None:
+        losses.append(float(what.removeprefix("loss ")))
+
+    crops = marked_crops(tmp_path)
+    arrays = train_cfnet(recipe, crops, 0, keep)
+    assert losses[-1] < 0.8 * losses[0]
+    assert arrays["ridge"][0] != 0.0  # it is learnt, too
+    network = SiameseFilterNetwork(arrays)
+    misses = [_miss(network, crops.pictures[index], 128) for index in range(0, 24, 4)]
+    assert np.median(misses) <= 8.0
+
+
+@pytest.mark.train
+@needs_torch
+def test_filters_without_pytorch_are_those_of_pytorch(
+    rng: np.random.Generator,
+) -> None:
+    from simbench.learning.siamese import network as siamese
+    from simbench.learning.siamese.filter_layer import filters_of, make_filter_layer
+    from simbench.learning.torch_backend import deterministic_torch
+
+    torch = deterministic_torch(0)
+    network = siamese.make_network(torch, (8, 12, 16, 12, 8)).eval()
+    layer = make_filter_layer(torch)
+    crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
+    with torch.no_grad():
+        regions = siamese.features(torch, network, crop[None].astype(np.float32))
+        filters = filters_of(torch, layer, regions)
+        expected = siamese.responses(torch, network, filters, regions)[0, 0]
+        arrays = {**siamese.folded_arrays(torch, network), "ridge": np.zeros(1, "f2")}
+    own = SiameseFilterNetwork(arrays)
+    found = own.responses(own.exemplar(crop), crop[None])[0]
+    assert found == pytest.approx(expected.numpy(), abs=0.02)
+
+
+def _miss(
+    network: SiameseNetwork, picture: NDArray[np.uint8], samples: int = 64
+) -> float:
     """Return how far the response to a vehicle is from it, in samples."""
     box = Box.from_center(80.0, 80.0, 32.0, 32.0)
-    exemplar = network.exemplar(square_crops(picture, *box.center, [64.0], 64)[0])
+    side = float(samples)
+    target = square_crops(picture, *box.center, [side], samples)[0]
+    exemplar = network.exemplar(target)
     crop = square_crops(picture, 88.0, 72.0, [128.0], 128)
     response = network.responses(exemplar, crop)[0]
     row, column = divmod(int(response.argmax()), 17)

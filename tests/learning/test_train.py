@@ -32,7 +32,9 @@ def test_unknown_network_is_refused_with_the_nearest_name(
 ) -> None:
     assert execute(["train", "encode"]) == 2
     error = capsys.readouterr().err
-    assert "NAME: expected encoder, nbrf, siamfc or siambox, got 'encode'" in error
+    assert (
+        "NAME: expected encoder, nbrf, siamfc, siambox or cfnet, got 'encode'" in error
+    )
 
 
 @pytest.mark.train

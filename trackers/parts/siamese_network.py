@@ -60,7 +60,7 @@ class SiameseNetwork:
         try:
             self._first, *self._others = _folded(arrays)
             self._scale, self._bias = (float(each) for each in arrays["response"])
-            self.exemplar(np.zeros((EXEMPLAR_SAMPLES, EXEMPLAR_SAMPLES, 3), np.uint8))
+            self._features(np.zeros((EXEMPLAR_SAMPLES, EXEMPLAR_SAMPLES, 3), np.uint8))
         except (KeyError, ValueError, TypeError) as error:
             raise TrackerError(
                 f"weights: expected those of a Siamese network, got others: {error}"

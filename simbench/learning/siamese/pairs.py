@@ -24,8 +24,8 @@ class Pairs:
 
     Attributes
     ----------
-    exemplars : (B, 64, 64, 3) float32, RGB
-        In [0, 255].
+    exemplars : (B, E, E, 3) float32, RGB
+        In [0, 255]; E is 64, or 128 where a filter is learnt from them.
     searches : (B, 128, 128, 3) float32, RGB
     offsets : (B, 2) float32
         Right and down from the middle of the search region to that of the vehicle, in
@@ -48,6 +48,8 @@ class PairSampler:
     crops : VehicleCrops
     settings : PairSettings
     photometry : Photometry or None
+    exemplar_samples : int
+        Rows and columns of an exemplar.
     """
 
     def __init__(
@@ -55,7 +57,9 @@ class PairSampler:
         crops: VehicleCrops,
         settings: PairSettings,
         photometry: Photometry | None,
+        exemplar_samples: int = EXEMPLAR_SAMPLES,
     ) -> None:
+        self._exemplar_samples = exemplar_samples
         self._pictures, self._sizes = crops.pictures, crops.sizes
         self._settings, self._photometry = settings, photometry
         edges = np.flatnonzero(np.diff(crops.vehicles)) + 1
@@ -65,7 +69,8 @@ class PairSampler:
         """Sample pairs of different vehicles, or where these are too few, of any."""
         total = len(self._of_vehicle)
         chosen = rng.choice(total, count, replace=total < count)
-        exemplars = np.empty((count, EXEMPLAR_SAMPLES, EXEMPLAR_SAMPLES, 3), np.float32)
+        side = self._exemplar_samples
+        exemplars = np.empty((count, side, side, 3), np.float32)
         searches = np.empty((count, SEARCH_SAMPLES, SEARCH_SAMPLES, 3), np.float32)
         offsets, sizes = np.empty((2, count, 2), np.float32)
         for index, vehicle in enumerate(chosen):
@@ -93,7 +98,7 @@ class PairSampler:
         mirror = rng.random() < own.flip
         exemplar = _shifted(
             self._pictures[first],
-            EXEMPLAR_SAMPLES,
+            self._exemplar_samples,
             1.0 + own.exemplar_growth * rng.uniform(-1.0, 1.0),
             own.exemplar_shift * rng.uniform(-1.0, 1.0, 2),
             mirror=mirror,

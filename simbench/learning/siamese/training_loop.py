@@ -16,6 +16,7 @@ from simbench.learning.siamese.siamese_recipe import Schedule, SiameseRecipe
 from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
+from simbench.trackers.parts.square_crops import EXEMPLAR_SAMPLES
 
 __all__ = ["learn_from_pairs", "learning_rate"]
 
@@ -35,6 +36,7 @@ def learn_from_pairs(
     module: str,
     seed: int,
     progress: Progress,
+    exemplar_samples: int = EXEMPLAR_SAMPLES,
 ) -> None:
     """Train a network, from its checkpoint if there is one; it is removed at the end.
 
@@ -57,9 +59,11 @@ def learn_from_pairs(
         Dotted name of the module that trains: its code is part of that digest.
     seed : int
     progress : callable of (done, total, what)
+    exemplar_samples : int
+        Rows and columns of an exemplar.
     """
     schedule = recipe.schedule
-    sampler = PairSampler(crops, recipe.pairs, recipe.photometry)
+    sampler = PairSampler(crops, recipe.pairs, recipe.photometry, exemplar_samples)
     checkpoint = _checkpoint(torch, recipe, crops, module, seed)
     optimiser = torch.optim.AdamW(
         network.parameters(), lr=schedule.rate, weight_decay=schedule.decay
