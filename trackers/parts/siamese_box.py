@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import TrackerError
+from simbench.trackers.parts.convolution import convolve
 from simbench.trackers.parts.siamese_network import SiameseNetwork
 
 __all__ = ["MOST_LOG", "SIDE_UNIT", "SiameseBoxNetwork"]
@@ -27,8 +28,10 @@ class SiameseBoxNetwork(SiameseNetwork):
     Parameters
     ----------
     arrays : mapping from str to array
-        Those of `SiameseNetwork`; ``box_weights_K``, (outputs, inputs), and
-        ``box_biases_K``, (outputs,), of the head's two layers.
+        Those of `SiameseNetwork`; ``box_exemplar_weights``, ``box_search_weights``,
+        (C, C, 3, 3), and ``..._biases``, (C,), of the layers that either passes first;
+        ``box_weights_K``, (outputs, inputs), and ``box_biases_K``, (outputs,), of the
+        two layers after the correlation.
 
     Notes
     -----
@@ -39,6 +42,13 @@ class SiameseBoxNetwork(SiameseNetwork):
     def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         super().__init__(arrays)
         try:
+            self._own = [
+                (
+                    _matrix(arrays[f"box_{name}_weights"]),
+                    arrays[f"box_{name}_biases"].astype(np.float32),
+                )
+                for name in ("exemplar", "search")
+            ]
             self._head = [
                 (
                     arrays[f"box_weights_{number}"].astype(np.float32),
@@ -46,7 +56,9 @@ class SiameseBoxNetwork(SiameseNetwork):
                 )
                 for number in range(2)
             ]
-            found = self._sides(np.zeros(self._others[-1][0].shape[-1], np.float32))
+            channels = self._others[-1][0].shape[-1]
+            empty = np.zeros((36, channels), np.float32)
+            found = self.sides(empty, empty.reshape(6, 6, channels), 0, 0)
             if found.shape != (4,):
                 raise ValueError(f"a head of {found.shape} numbers")
         except (KeyError, ValueError, TypeError) as error:
@@ -92,8 +104,12 @@ class SiameseBoxNetwork(SiameseNetwork):
         """
         side = round(len(exemplar) ** 0.5)
         part = found[row : row + side, column : column + side]
-        products = (exemplar * part.reshape(exemplar.shape)).sum(axis=0)
-        return self._sides(products / np.float32(side))
+        pictures = exemplar.reshape(part.shape), np.ascontiguousarray(part)
+        first, second = (
+            convolve(picture, weights, 3, 1) + biases
+            for picture, (weights, biases) in zip(pictures, self._own, strict=True)
+        )
+        return self._sides((first * second).sum(axis=(0, 1)) / np.float32(len(first)))
 
     def _sides(self, matches: Picture) -> NDArray[np.float32]:
         (weights, biases), (last, last_biases) = self._head
@@ -101,3 +117,9 @@ class SiameseBoxNetwork(SiameseNetwork):
         logs = np.clip(last @ hidden + last_biases, -MOST_LOG, MOST_LOG)
         sides: NDArray[np.float32] = np.float32(SIDE_UNIT) * np.exp(logs)
         return sides
+
+
+def _matrix(weights: NDArray[Any]) -> Picture:
+    """Return weights, (K, C, 3, 3), as `convolve` takes them."""
+    rows = weights.astype(np.float32).transpose(2, 3, 1, 0).reshape(-1, len(weights))
+    return np.ascontiguousarray(rows)

@@ -16,6 +16,7 @@ from simbench.trackers.parts.siamese_network import KERNELS, LEVEL_MEAN, LEVEL_S
 __all__ = [
     "box_sides",
     "features",
+    "fixed_features",
     "folded_arrays",
     "folded_box_arrays",
     "make_box_head",
@@ -57,6 +58,38 @@ def make_network(torch: Any, channels: Sequence[int]) -> Any:
         }
     )
     network = nn.ModuleDict({"features": nn.Sequential(*layers), "response": response})
+    return network.to(memory_format=torch.channels_last)
+
+
+def fixed_features(torch: Any, arrays: Arrays) -> Any:
+    """Return the features of a trained network, which stay as they are.
+
+    Parameters
+    ----------
+    torch : module
+    arrays : mapping from str to array
+        As of `folded_arrays`.
+
+    Returns
+    -------
+    module
+        What `features` takes as a network.
+    """
+    nn = torch.nn
+    layers: list[Any] = []
+    for number, size in enumerate(KERNELS):
+        weights = torch.from_numpy(arrays[f"weights_{number}"].astype(np.float32))
+        outputs, inputs = weights.shape[:2]
+        layer = nn.Conv2d(inputs, outputs, size, stride=2 if number == 0 else 1)
+        layer.weight.data = weights
+        biases = arrays[f"biases_{number}"].astype(np.float32)
+        layer.bias.data = torch.from_numpy(biases)
+        layers.append(layer)
+        if number < len(KERNELS) - 1:
+            layers.append(nn.ReLU())
+        if number == 0:
+            layers.append(nn.MaxPool2d(3, 2))
+    network = nn.ModuleDict({"features": nn.Sequential(*layers)}).requires_grad_(False)
     return network.to(memory_format=torch.channels_last)
 
 
@@ -109,15 +142,19 @@ def make_box_head(torch: Any, channels: int, hidden: int) -> Any:
         Channels between its two layers.
     """
     nn = torch.nn
-    head = nn.Sequential(
+    sides = nn.Sequential(
         nn.Conv2d(channels, hidden, 1),
         nn.BatchNorm2d(hidden),
         nn.ReLU(),
         nn.Conv2d(hidden, 4, 1),
     )
-    nn.init.zeros_(head[-1].weight)
-    nn.init.zeros_(head[-1].bias)
-    return head
+    nn.init.zeros_(sides[-1].weight)
+    nn.init.zeros_(sides[-1].bias)
+    own = {
+        name: nn.Sequential(nn.Conv2d(channels, channels, 3), nn.BatchNorm2d(channels))
+        for name in ("exemplar", "search")
+    }
+    return nn.ModuleDict({**own, "sides": sides})
 
 
 def box_sides(torch: Any, head: Any, exemplars: Any, searches: Any) -> Any:
@@ -139,10 +176,11 @@ def box_sides(torch: Any, head: Any, exemplars: Any, searches: Any) -> Any:
 
     References
     ----------
-    Correlation channel by channel: Li, Wu, Wang, Zhang, Xing, Yan, "SiamRPN++", CVPR
-    2019, section 3.3. Distances of the sides, as exponentials: Tian, Shen, Chen, He,
-    "FCOS", ICCV 2019, section 3.1.
+    Correlation channel by channel, after a layer of its own for each side: Li, Wu,
+    Wang, Zhang, Xing, Yan, "SiamRPN++", CVPR 2019, section 3.3. Distances of the sides,
+    as exponentials: Tian, Shen, Chen, He, "FCOS", ICCV 2019, section 3.1.
     """
+    exemplars, searches = head["exemplar"](exemplars), head["search"](searches)
     count, channels, side = exemplars.shape[:3]
     matches = torch.nn.functional.conv2d(
         searches.reshape(1, count * channels, *searches.shape[2:]),
@@ -150,7 +188,9 @@ def box_sides(torch: Any, head: Any, exemplars: Any, searches: Any) -> Any:
         groups=count * channels,
     )
     matches = matches.reshape(count, channels, *matches.shape[2:]) / side
-    return SIDE_UNIT * torch.exp(head(matches).float().clamp(-MOST_LOG, MOST_LOG))
+    return SIDE_UNIT * torch.exp(
+        head["sides"](matches).float().clamp(-MOST_LOG, MOST_LOG)
+    )
 
 
 def folded_arrays(torch: Any, network: Any) -> Arrays:
@@ -170,7 +210,11 @@ def folded_arrays(torch: Any, network: Any) -> Arrays:
 def folded_box_arrays(torch: Any, head: Any) -> Arrays:
     """Return the arrays of `simbench.trackers.parts.siamese_box`, float16."""
     found: dict[str, NDArray[np.float16]] = {}
-    for number, (weights, biases) in enumerate(_folded(torch, head)):
+    for name in ("exemplar", "search"):
+        ((found[f"box_{name}_weights"], found[f"box_{name}_biases"]),) = _folded(
+            torch, head[name]
+        )
+    for number, (weights, biases) in enumerate(_folded(torch, head["sides"])):
         found[f"box_weights_{number}"] = weights[:, :, 0, 0]
         found[f"box_biases_{number}"] = biases
     return found

@@ -76,8 +76,8 @@ class PairSampler:
         for index, vehicle in enumerate(chosen):
             first, second = rng.choice(self._of_vehicle[vehicle], 2, replace=False)
             offsets[index] = rng.uniform(-1.0, 1.0, 2) * self._settings.shift
-            exemplar, search, growth = self._cut(first, second, offsets[index], rng)
-            sizes[index] = growth * self._sizes[second]
+            exemplar, search, grown = self._cut(first, second, offsets[index], rng)
+            sizes[index] = grown * self._sizes[second]
             if self._photometry is None:
                 exemplars[index], searches[index] = exemplar, search
                 continue
@@ -92,18 +92,23 @@ class PairSampler:
         second: int,
         offset: NDArray[np.float32],
         rng: np.random.Generator,
-    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], float]:
-        """Return exemplar, search region, and how much larger this one shows it."""
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.float64]]:
+        """Return exemplar, search region, and how much larger this one shows it, (2,).
+
+        Width and height.
+        """
         own = self._settings
         mirror = rng.random() < own.flip
         exemplar = _shifted(
             self._pictures[first],
             self._exemplar_samples,
-            1.0 + own.exemplar_growth * rng.uniform(-1.0, 1.0),
+            np.full(2, 1.0 + own.exemplar_growth * rng.uniform(-1.0, 1.0)),
             own.exemplar_shift * rng.uniform(-1.0, 1.0, 2),
             mirror=mirror,
         )
-        growth = 1.0 + own.growth * rng.uniform(-1.0, 1.0)
+        growth = np.full(2, 1.0 + own.growth * rng.uniform(-1.0, 1.0))
+        if own.stretch:
+            growth *= np.exp(own.stretch * rng.uniform(-1.0, 1.0) * np.array([1, -1]))
         search = _shifted(
             self._pictures[second],
             SEARCH_SAMPLES,
@@ -120,22 +125,22 @@ class PairSampler:
 def _shifted(
     crop: NDArray[np.uint8],
     samples: int,
-    growth: float,
+    growth: NDArray[np.float64],
     offset: NDArray[np.float64],
     *,
     mirror: bool,
 ) -> NDArray[np.uint8]:
     """Return the middle of a crop, grown and moved by an offset, in samples."""
-    step = 1.0 / growth
+    steps = 1.0 / growth
+    across, down = steps.tolist()
     middle, target = (CROP_SAMPLES - 1) / 2.0, (samples - 1) / 2.0
-    first_x, first_y = middle - step * (target + offset)
-    across = step
+    first_x, first_y = middle - steps * (target + offset)
     if mirror:
-        across, first_x = -step, CROP_SAMPLES - 1 - first_x
+        across, first_x = -across, CROP_SAMPLES - 1 - first_x
     fill = crop[::16, ::16].reshape(-1, 3).mean(axis=0).tolist()
     warped = cv2.warpAffine(
         crop,
-        np.array([[across, 0.0, first_x], [0.0, step, first_y]]),
+        np.array([[across, 0.0, first_x], [0.0, down, first_y]]),
         (samples, samples),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_CONSTANT,

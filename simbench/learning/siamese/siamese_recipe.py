@@ -62,6 +62,9 @@ class PairSettings(StrictModel):
         samples, along each side.
     growth : float
         Greatest change of the size in the search region, as a share of it.
+    stretch : float
+        Greatest change of its width against its height, up and down: as logarithms, one
+        grows by it and the other shrinks.
     exemplar_shift, exemplar_growth : float
         The same for the exemplar: a tracker's first box is not perfect.
     flip : float
@@ -71,7 +74,8 @@ class PairSettings(StrictModel):
     """
 
     shift: float = Field(default=20.0, ge=0.0, le=28.0)
-    growth: float = Field(default=0.1, ge=0.0, le=0.15)
+    growth: float = Field(default=0.1, ge=0.0, le=0.5)
+    stretch: float = Field(default=0.0, ge=0.0, le=0.5)
     exemplar_shift: float = Field(default=1.5, ge=0.0, le=8.0)
     exemplar_growth: float = Field(default=0.05, ge=0.0, le=0.2)
     flip: Share = 0.5
@@ -197,20 +201,21 @@ class BoxSettings(StrictModel):
     ----------
     channels : int
         Of its hidden layer.
-    weight : float
-        Of its loss.
     """
 
     channels: Channels = 64
-    weight: float = Field(default=1.0, ge=0.0, le=100.0)
 
 
 class SiamBoxRecipe(SiameseRecipe):
-    """What a Siamese network with a head for boxes is trained on, and how.
+    """What a head for boxes is trained on, and how.
 
     Attributes
     ----------
     box : BoxSettings
+
+    Notes
+    -----
+    Features are trained before, so ``channels`` and ``loss.negatives`` decide nothing.
     """
 
     box: BoxSettings = BoxSettings()
