@@ -7,6 +7,7 @@ import io
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Final
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from simbench.core.bounded_read import parse_json, read_regular
 from simbench.core.errors import DatasetError, TrackerError
 
-__all__ = ["card_path", "pack_weights", "read_weights"]
+__all__ = ["card_path", "pack_weights", "read_weights", "shipped_weights"]
 
 MOST_BYTES: Final = 64 * 2**20
 _MOST_CARD_BYTES: Final = 2**20
@@ -26,6 +27,11 @@ _FIXED_DATE: Final = (1980, 1, 1, 0, 0, 0)
 def card_path(path: Path) -> Path:
     """Return the card of a file of weights, which is beside it."""
     return path.with_suffix(".json")
+
+
+def shipped_weights(package: ModuleType) -> Path:
+    """Return the file of weights in a package of `simbench.trackers.weights`."""
+    return Path(package.__path__[0]) / "weights.npz"
 
 
 def pack_weights(arrays: Mapping[str, NDArray[Any]]) -> bytes:
