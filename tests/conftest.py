@@ -8,13 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
+from threadpoolctl import threadpool_limits
 
 from simbench.core.sequence import Sequence
 from tests.tiny_sequence import tiny_sequence
 
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # Mesa's threads help one process, and get in the way of several
+    # threads of Mesa and of BLAS help one process, and get in the way of several
     os.environ.setdefault("LP_NUM_THREADS", "0")
+    threadpool_limits(1)
 
 # what a test is to show holds on a busy machine too
 settings.register_profile(
