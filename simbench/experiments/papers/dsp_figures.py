@@ -122,7 +122,7 @@ def _usage(m: Measured, films: Sequence[str], spec: str, name: str) -> Drawing:
     seed = m.seeds[0]
     runs = {film: m.frames(film, seed, spec).iloc[1:] for film in films}
     runs = {film: frames for film, frames in runs.items() if len(frames)}
-    most = max(frames["particles"].max() for frames in runs.values())
+    most = max((frames["particles"].max() for frames in runs.values()), default=0)
     panels = []
     for film, frames in runs.items():
         x = frames["frame"].to_numpy(np.float64)
