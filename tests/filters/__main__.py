@@ -17,13 +17,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-import typer
 from rich.console import Console
 
 from simbench.cli.display import progress_bar
 from simbench.cli.time_left import duration
-from simbench.core.atomic_write import atomic_write
-from simbench.core.errors import SimbenchError
 from simbench.datasets.formats.readers.annotation import Place, ReadOptions
 from simbench.experiments.clips import Clip, find_clips
 from simbench.experiments.request import parse_seeds
@@ -41,6 +38,7 @@ from tests.filters.plan import Commit, Plan, read_tuned, seconds
 from tests.filters.run_films import accepted_codes, run_films
 from tests.filters.tables import table_of
 from tests.filters.trackers import FILTERS, MENDS
+from tests.measured_page import write_page
 
 PAGE: Final = ROOT / "results" / "papers" / "filters.md"
 WORK: Final = ROOT / "results" / "runs" / "filters"
@@ -57,18 +55,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Write the page."""
     given = _arguments(arguments)
     commit = full_commit(given.base)
-    try:
+
+    def make() -> str:
         plan = _plan(given)
         with checked_out(commit) as folder:
             require_dependencies(folder)
-            text = make_page(given, plan, commit, folder)
-        with atomic_write(given.page) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    except SimbenchError as error:
-        raise SystemExit(str(error)) from None
-    except typer.Exit as stop:  # Ctrl-C, which has said so
-        raise SystemExit(stop.exit_code) from None
-    print(f"page: {given.page}")
+            return make_page(given, plan, commit, folder)
+
+    write_page(given.page, make)
 
 
 def make_page(given: argparse.Namespace, plan: Plan, commit: str, base: Path) -> str:

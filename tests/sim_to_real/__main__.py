@@ -19,16 +19,15 @@ from pathlib import Path
 from typing import Final
 
 import pandas as pd
-import typer
 from rich.console import Console
 
 import simbench
 from simbench.cli.display import progress_bar
-from simbench.core.atomic_write import atomic_write
 from simbench.core.errors import SimbenchError
 from simbench.experiments.request import parse_seeds
 from simbench.runtime.versions import core_count
 from simbench.trackers.find_tracker import find_tracker
+from tests.measured_page import write_page
 from tests.sim_to_real.page import PEERS, Results, page
 from tests.sim_to_real.plan import (
     ABLATIONS,
@@ -50,30 +49,27 @@ _HINT: Final = "the same command resumes it"
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the page."""
     given = _arguments(arguments)
-    try:
-        networks = asked_networks(given)
-        if given.train:
-            for network in networks:
-                _train(network, given)
-        made = {one: one.weights(given.work) for one in networks}
-        found = {one: path for one, path in made.items() if path is not None}
-        text = page(
-            Results(
-                weights=found,
-                missing=tuple(one for one in networks if one not in found),
-                clips=_measure(given, found, is_clips=True),
-                films=_measure(given, found, is_clips=False),
-            ),
-            command=f'make sim-to-real SIM_TO_REAL_OPTIONS="{given.options}"',
-            notes=NOTES.read_text(encoding="utf-8"),
-        )
-        with atomic_write(given.page) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    except SimbenchError as error:
-        raise SystemExit(str(error)) from None
-    except typer.Exit as stop:  # Ctrl-C, which has said so
-        raise SystemExit(stop.exit_code) from None
-    print(f"page: {given.page}")
+    write_page(given.page, lambda: make_page(given))
+
+
+def make_page(given: argparse.Namespace) -> str:
+    """Train what is missing, run all trackers, and return the page."""
+    networks = asked_networks(given)
+    if given.train:
+        for network in networks:
+            _train(network, given)
+    made = {one: one.weights(given.work) for one in networks}
+    found = {one: path for one, path in made.items() if path is not None}
+    return page(
+        Results(
+            weights=found,
+            missing=tuple(one for one in networks if one not in found),
+            clips=_measure(given, found, is_clips=True),
+            films=_measure(given, found, is_clips=False),
+        ),
+        command=f'make sim-to-real SIM_TO_REAL_OPTIONS="{given.options}"',
+        notes=NOTES.read_text(encoding="utf-8"),
+    )
 
 
 def asked_networks(given: argparse.Namespace) -> tuple[Network, ...]:
