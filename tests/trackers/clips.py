@@ -163,3 +163,12 @@ def straight(
     """Return (count, 2) centres on a straight line at constant speed, px."""
     steps: NDArray[np.float64] = np.arange(count)[:, None] * np.array(step)
     return np.array(start) + steps
+
+
+def passing_cars() -> Clip:
+    """Return a clip of a car that another of the same kind drives past."""
+    return render_clip(
+        straight(30, (60, 150), (3.0, 0.5)),
+        np.full(30, 50.0),
+        distractor=straight(30, (150, 200), (-1.0, -1.0)),
+    )

@@ -13,7 +13,14 @@ from simbench.trackers.cfnet import CfNet
 from simbench.trackers.parts.siamese_filter import SiameseFilterNetwork
 from simbench.trackers.parts.square_crops import context_side, square_crops
 from simbench.trackers.parts.weights_file import read_weights
-from tests.trackers.clips import Clip, render_clip, run_tracker, straight, success
+from tests.trackers.clips import (
+    Clip,
+    passing_cars,
+    render_clip,
+    run_tracker,
+    straight,
+    success,
+)
 from tests.trackers.test_siamfc import random_weights, write
 
 
@@ -54,9 +61,7 @@ def test_filter_is_the_mean_over_frames(
 
 
 def test_shipped_network_passes_a_car_of_the_same_kind() -> None:
-    other = straight(30, (150, 200), (-1.0, -1.0))
-    path = straight(30, (60, 150), (3.0, 0.5))
-    clip = render_clip(path, np.full(30, 50.0), distractor=other)
+    clip = passing_cars()
     assert success(run_tracker(CfNet(), clip), clip) > 0.95
 
 

@@ -14,6 +14,7 @@ from simbench.core.errors import TrackerError
 from simbench.trackers.eco import Eco
 from tests.trackers.clips import (
     Clip,
+    passing_cars,
     render_clip,
     require_doubt_where_gone,
     run_tracker,
@@ -51,11 +52,8 @@ def test_box_follows_the_size_of_the_car() -> None:
     assert fixed[-1, 2] == pytest.approx(clip.boxes[0, 2])
 
 
-def test_car_of_the_same_kind_is_passed(crossing: Clip) -> None:
-    other = straight(30, (150, 200), (-1.0, -1.0))
-    clip = render_clip(
-        straight(30, (60, 150), (3.0, 0.5)), np.full(30, 50.0), distractor=other
-    )
+def test_car_of_the_same_kind_is_passed() -> None:
+    clip = passing_cars()
     assert success(run_tracker(Eco(), clip), clip) > 0.95
 
 
