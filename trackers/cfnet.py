@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.parameter_checks import check_shares
 from simbench.trackers.parts.siamese_filter import SiameseFilterNetwork
-from simbench.trackers.parts.weights_file import read_weights, shipped_weights
+from simbench.trackers.parts.weights_file import given_weights, read_weights
 from simbench.trackers.siamfc import SiamFc
 
 __all__ = ["CfNet"]
@@ -70,5 +69,5 @@ class CfNet(SiamFc):
 @cache
 def _network(path: str) -> SiameseFilterNetwork:
     """Return the network of a file of weights; of an empty path, that which ships."""
-    file = Path(path) if path else shipped_weights(simbench.trackers.weights.cfnet)
+    file = given_weights(path, simbench.trackers.weights.cfnet)
     return SiameseFilterNetwork(read_weights(file))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +39,9 @@ from simbench.trackers.parts.square_crops import (
     square_crops,
 )
 from simbench.trackers.parts.weights_file import (
-    card_path,
+    given_files,
+    given_weights,
     read_weights,
-    shipped_weights,
 )
 
 __all__ = ["Eco"]
@@ -146,8 +145,7 @@ class Eco:
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
         self._maps = FeatureMaps(_network(self.weights), self._names)
-        given = Path(self.weights)
-        self.data_files = (given, card_path(given)) if self.weights else ()
+        self.data_files = given_files(self.weights)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""
@@ -227,5 +225,5 @@ class Eco:
 @cache
 def _network(path: str) -> SiameseNetwork:
     """Return the network of a file of weights; of an empty path, that which ships."""
-    file = Path(path) if path else shipped_weights(simbench.trackers.weights.siamfc)
+    file = given_weights(path, simbench.trackers.weights.siamfc)
     return SiameseNetwork(read_weights(file))

@@ -1,10 +1,9 @@
-"""SiamBox: SiamFC with a network that also tells the target's box."""
+"""SiamBox: SiamFC with a network that also predicts the target's box."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +27,9 @@ from simbench.trackers.parts.square_crops import (
     square_crops,
 )
 from simbench.trackers.parts.weights_file import (
-    card_path,
+    given_files,
+    given_weights,
     read_weights,
-    shipped_weights,
 )
 
 __all__ = ["SiamBox"]
@@ -38,7 +37,7 @@ __all__ = ["SiamBox"]
 
 @dataclass(kw_only=True, eq=False)
 class SiamBox:
-    """Search for the first appearance with a Siamese network that also tells the box.
+    """Search for the first appearance with a Siamese network that predicts boxes, too.
 
     In each frame: crop a square around the last place, compare it with the first
     appearance, and at the best response ask the network for the target's box. Nothing
@@ -72,8 +71,7 @@ class SiamBox:
         """Check the parameters, and read the weights."""
         check_shares(self, "size_rate", "window")
         self._network = _network(self.weights)
-        given = Path(self.weights)
-        self.data_files = (given, card_path(given)) if self.weights else ()
+        self.data_files = given_files(self.weights)
         self._peak = ResponsePeak(self.window)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
@@ -84,11 +82,11 @@ class SiamBox:
         side = context_side(*self._size.tolist())
         crop = square_crops(frame.image, *self._place, [side], EXEMPLAR_SAMPLES)[0]
         self._exemplar = self._network.exemplar(crop)
-        self._gain = self._size / self._told(frame)[1] if self.calibrate else 1.0
+        self._gain = self._size / self._predicted(frame)[1] if self.calibrate else 1.0
 
     def update(self, frame: Frame) -> Estimate:
         """Return the estimate of the target in the next frame."""
-        place, size, odds = self._told(frame)
+        place, size, odds = self._predicted(frame)
         self._place = inside(frame.image, *place.tolist())
         change = self._gain * size / self._size
         low, high = GROWTH_RANGE
@@ -100,10 +98,10 @@ class SiamBox:
             confidence=float(expit(odds)),
         )
 
-    def _told(
+    def _predicted(
         self, frame: Frame
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Return place and size, px, of the box that is told, and log odds."""
+        """Return place and size, px, of the predicted box, and its log odds."""
         side = SEARCH_SAMPLES / EXEMPLAR_SAMPLES * context_side(*self._size.tolist())
         crop = square_crops(frame.image, *self._place, [side], SEARCH_SAMPLES)[0]
         response, found = self._network.search(self._exemplar, crop)
@@ -123,7 +121,7 @@ class SiamBox:
 @cache
 def _network(path: str) -> SiameseBoxNetwork:
     """Return the network of a file of weights; of an empty path, that which ships."""
-    file = Path(path) if path else shipped_weights(simbench.trackers.weights.siambox)
+    file = given_weights(path, simbench.trackers.weights.siambox)
     return SiameseBoxNetwork(read_weights(file))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +27,9 @@ from simbench.trackers.parts.square_crops import (
     square_crops,
 )
 from simbench.trackers.parts.weights_file import (
-    card_path,
+    given_files,
+    given_weights,
     read_weights,
-    shipped_weights,
 )
 
 __all__ = ["SiamFc"]
@@ -87,8 +86,7 @@ class SiamFc:
             )
         check_shares(self, "scale_rate", "window")
         self._network = self._read_network()
-        given = Path(self.weights)
-        self.data_files = (given, card_path(given)) if self.weights else ()
+        self.data_files = given_files(self.weights)
         self._peak = ResponsePeak(self.window)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
@@ -149,5 +147,5 @@ class SiamFc:
 @cache
 def _network(path: str) -> SiameseNetwork:
     """Return the network of a file of weights; of an empty path, that which ships."""
-    file = Path(path) if path else shipped_weights(simbench.trackers.weights.siamfc)
+    file = given_weights(path, simbench.trackers.weights.siamfc)
     return SiameseNetwork(read_weights(file))

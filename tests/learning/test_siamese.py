@@ -348,8 +348,10 @@ def test_head_for_boxes_learns_and_runs_without_pytorch(
     arrays = train_siambox(recipe, crops, 0, keep)
     assert losses[-1] < losses[0]
     network = SiameseBoxNetwork(arrays)
-    told = [_told_size(network, crops.pictures[0], side) for side in (96.0, 160.0)]
-    assert told[0] > 1.15 * told[1]  # larger where the vehicle is shown larger
+    sizes = [
+        _predicted_size(network, crops.pictures[0], side) for side in (96.0, 160.0)
+    ]
+    assert sizes[0] > 1.15 * sizes[1]  # larger where the vehicle is shown larger
     crop = rng.integers(0, 255, (128, 128, 3), np.uint8)
     exemplar = network.exemplar(np.ascontiguousarray(crop[:64, :64]))
     response, found = network.search(exemplar, crop)
@@ -399,15 +401,15 @@ def test_gradient_goes_through_the_closed_form() -> None:
 
     values = sampled(2, 3, 5, 5).requires_grad_()
     ridge = torch.tensor([0.7], dtype=torch.float64, requires_grad=True)
-    wanted = sampled(5, 5)
+    desired = sampled(5, 5)
 
     def filters(values: torch.Tensor, ridge: torch.Tensor) -> torch.Tensor:
-        found: torch.Tensor = closed_form_filters(torch, values, wanted, ridge)
+        found: torch.Tensor = closed_form_filters(torch, values, desired, ridge)
         return found
 
     assert torch.autograd.gradcheck(filters, (values, ridge))
     expected = [
-        closed_form_filter(each.detach().numpy(), wanted.numpy(), 0.7)
+        closed_form_filter(each.detach().numpy(), desired.numpy(), 0.7)
         for each in values
     ]
     assert filters(values, ridge).detach().numpy() == pytest.approx(np.array(expected))
@@ -462,10 +464,10 @@ def test_filters_without_pytorch_are_those_of_pytorch(
     assert found == pytest.approx(expected.numpy(), abs=0.02)
 
 
-def _told_size(
+def _predicted_size(
     network: SiameseBoxNetwork, picture: NDArray[np.uint8], side: float
 ) -> float:
-    """Return the width that is told of a vehicle in a region of a size, in samples."""
+    """Return the predicted width of a vehicle in a region of a size, in samples."""
     exemplar = network.exemplar(square_crops(picture, 80.0, 80.0, [64.0], 64)[0])
     crop = square_crops(picture, 80.0, 80.0, [side], 128)[0]
     left, _, right, _ = network.sides(exemplar, network.search(exemplar, crop)[1], 8, 8)

@@ -1,4 +1,4 @@
-"""The tracker siambox: what it does with the boxes that its network tells."""
+"""The tracker siambox: what it does with the boxes that its network predicts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def crossing() -> Clip:
     return render_clip(straight(20, (60, 150), (3.0, 0.5)), np.full(20, SIZE[0]))
 
 
-def network_that_tells(folder: Path, growth: tuple[float, float] = (1.0, 1.0)) -> str:
+def network_that_predicts(
+    folder: Path, growth: tuple[float, float] = (1.0, 1.0)
+) -> str:
     """Write weights whose box is the car's, grown, in the middle of any place."""
     scale = EXEMPLAR_SAMPLES / context_side(*SIZE)
     half = [
@@ -48,7 +50,7 @@ def network_that_tells(folder: Path, growth: tuple[float, float] = (1.0, 1.0)) -
 
 
 def test_tracker_follows_a_crossing_car(tmp_path: Path, crossing: Clip) -> None:
-    boxes = run_tracker(SiamBox(weights=network_that_tells(tmp_path)), crossing)
+    boxes = run_tracker(SiamBox(weights=network_that_predicts(tmp_path)), crossing)
     assert success(boxes, crossing) > 0.9
     assert boxes[-1, 2:] == pytest.approx(SIZE, rel=0.02)
 
@@ -56,7 +58,7 @@ def test_tracker_follows_a_crossing_car(tmp_path: Path, crossing: Clip) -> None:
 def test_size_goes_to_that_of_the_network_by_the_rate(
     tmp_path: Path, crossing: Clip
 ) -> None:
-    weights = network_that_tells(tmp_path, growth=(1.2, 1.0))
+    weights = network_that_predicts(tmp_path, growth=(1.2, 1.0))
     short = Clip(crossing.frames[:2], crossing.boxes[:2])
     tracker = SiamBox(weights=weights, size_rate=0.5, calibrate=False)
     boxes = run_tracker(tracker, short)
@@ -65,7 +67,7 @@ def test_size_goes_to_that_of_the_network_by_the_rate(
 
 
 def test_error_of_the_first_frame_is_taken_out(tmp_path: Path, crossing: Clip) -> None:
-    weights = network_that_tells(tmp_path, growth=(1.5, 0.8))
+    weights = network_that_predicts(tmp_path, growth=(1.5, 0.8))
     boxes = run_tracker(SiamBox(weights=weights), crossing)
     assert boxes[-1, 2:] == pytest.approx(SIZE, rel=0.02)
 
@@ -86,4 +88,4 @@ def test_shipped_network_follows_the_size_of_an_approaching_car() -> None:
 
 def test_bad_parameter_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(TrackerError, match=r"size_rate must be in \[0, 1\], got 2"):
-        SiamBox(weights=network_that_tells(tmp_path), size_rate=2.0)
+        SiamBox(weights=network_that_predicts(tmp_path), size_rate=2.0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import simbench.trackers.weights.encoder
 from simbench.core.errors import TrackerError
-from simbench.trackers.parts.weights_file import read_weights, shipped_weights
+from simbench.trackers.parts.weights_file import given_weights, read_weights
 
 __all__ = ["PATCH_SCALE", "Encoder", "load_encoder"]
 
@@ -94,7 +94,7 @@ def load_encoder(path: str = "") -> Encoder:
     TrackerError
         If the file cannot be read, or holds no encoder.
     """
-    file = Path(path) if path else shipped_weights(simbench.trackers.weights.encoder)
+    file = given_weights(path, simbench.trackers.weights.encoder)
     try:
         state = file.stat()
     except (OSError, ValueError):  # ValueError: a NUL in the name

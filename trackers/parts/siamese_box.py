@@ -1,4 +1,4 @@
-"""A Siamese network with a head that tells the target's box."""
+"""A Siamese network with a head that predicts the target's box."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ __all__ = [
     "RESPONSE_HEIGHT",
     "SiameseFilterNetwork",
     "closed_form_filter",
+    "desired_response",
     "feature_window",
-    "wanted_response",
 ]
 
 FEATURE_SIDE: Final = 22
@@ -73,7 +73,7 @@ class SiameseFilterNetwork(SiameseNetwork):
             The target in the middle of a region as large as those that are searched.
         """
         values = (self._window * self._features(crop)).transpose(2, 0, 1)
-        found = closed_form_filter(values, wanted_response(), self._ridge)
+        found = closed_form_filter(values, desired_response(), self._ridge)
         first = (FEATURE_SIDE - FILTER_SIDE) // 2
         kept = found[:, first : first + FILTER_SIDE, first : first + FILTER_SIDE]
         rows = kept.reshape(len(kept), -1).T
@@ -81,15 +81,15 @@ class SiameseFilterNetwork(SiameseNetwork):
 
 
 def closed_form_filter(
-    values: NDArray[np.floating], wanted: NDArray[np.floating], ridge: float
+    values: NDArray[np.floating], desired: NDArray[np.floating], ridge: float
 ) -> NDArray[np.floating]:
-    """Return the filter whose circular correlation with features is nearest to a wish.
+    """Return the filter whose response to features is nearest to a desired one.
 
     The filter w minimises ::
 
         1 / (2 n) || sum over p of w_p * x_p - y ||^2 + ridge / 2 ||w||^2
 
-    with n places, channels p, features x, the wanted response y, and * the circular
+    with n places, channels p, features x, the desired response y, and * the circular
     cross-correlation. With Fourier transforms X, Y, W the minimum is at ::
 
         K = 1 / n sum over p of conj(X_p) X_p + ridge
@@ -100,7 +100,7 @@ def closed_form_filter(
     ----------
     values : (C, N, N) float
         Features.
-    wanted : (N, N) float
+    desired : (N, N) float
         Response, its origin the first place.
     ridge : float
         Positive.
@@ -118,10 +118,10 @@ def closed_form_filter(
     its solution in the Fourier domain, and that for several channels.
     """
     found = scipy.fft.rfft2(values)
-    energy = (found.real**2 + found.imag**2).sum(axis=0) / wanted.size + ridge
-    dual = scipy.fft.rfft2(wanted) / (wanted.size * energy)
+    energy = (found.real**2 + found.imag**2).sum(axis=0) / desired.size + ridge
+    dual = scipy.fft.rfft2(desired) / (desired.size * energy)
     filters: NDArray[np.floating] = scipy.fft.irfft2(
-        np.conj(dual) * found, s=wanted.shape
+        np.conj(dual) * found, s=desired.shape
     )
     return filters
 
@@ -132,7 +132,7 @@ def feature_window() -> Picture:
     return np.outer(cosine, cosine).astype(np.float32)
 
 
-def wanted_response() -> Picture:
+def desired_response() -> Picture:
     """Return what a filter is asked for, (22, 22): a Gaussian peak at the origin.
 
     Its height is such that a network with a scale of 1 responds to the filter's own

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from simbench.core.bounded_read import parse_json, read_regular
 from simbench.core.errors import DatasetError, TrackerError
 
-__all__ = ["card_path", "pack_weights", "read_weights", "shipped_weights"]
+__all__ = [
+    "card_path",
+    "given_files",
+    "given_weights",
+    "pack_weights",
+    "read_weights",
+    "shipped_weights",
+]
 
 MOST_BYTES: Final = 64 * 2**20
 _MOST_CARD_BYTES: Final = 2**20
@@ -29,9 +36,23 @@ def card_path(path: Path) -> Path:
     return path.with_suffix(".json")
 
 
+def given_files(weights: str) -> tuple[Path, ...]:
+    """Return the files that a parameter of weights names: them and their card.
+
+    None where it is empty, which stands for the weights that ship.
+    """
+    path = Path(weights)
+    return (path, card_path(path)) if weights else ()
+
+
 def shipped_weights(package: ModuleType) -> Path:
     """Return the file of weights in a package of `simbench.trackers.weights`."""
     return Path(package.__path__[0]) / "weights.npz"
+
+
+def given_weights(weights: str, package: ModuleType) -> Path:
+    """Return the file that a parameter of weights names; if empty, the shipped one."""
+    return Path(weights) if weights else shipped_weights(package)
 
 
 def pack_weights(arrays: Mapping[str, NDArray[Any]]) -> bytes:

@@ -8,8 +8,8 @@ from typing import Any
 from simbench.trackers.parts.siamese_filter import (
     FEATURE_SIDE,
     FILTER_SIDE,
+    desired_response,
     feature_window,
-    wanted_response,
 )
 
 __all__ = ["closed_form_filters", "filters_of", "make_filter_layer"]
@@ -37,17 +37,17 @@ def filters_of(torch: Any, layer: Any, regions: Any) -> Any:
         The middle of each filter, so that it has no part in the other end of a region
         that is taken as a circle.
     """
-    window, wanted = (
+    window, desired = (
         torch.from_numpy(each).to(regions.dtype)
-        for each in (feature_window(), wanted_response())
+        for each in (feature_window(), desired_response())
     )
-    found = closed_form_filters(torch, regions * window, wanted, layer["ridge"].exp())
+    found = closed_form_filters(torch, regions * window, desired, layer["ridge"].exp())
     first = (FEATURE_SIDE - FILTER_SIDE) // 2
     kept = found[..., first : first + FILTER_SIDE, first : first + FILTER_SIDE]
     return kept * math.sqrt(kept[0].numel())
 
 
-def closed_form_filters(torch: Any, values: Any, wanted: Any, ridge: Any) -> Any:
+def closed_form_filters(torch: Any, values: Any, desired: Any, ridge: Any) -> Any:
     """Return filters by ridge regression, in a form that has gradients.
 
     See `simbench.trackers.parts.siamese_filter.closed_form_filter` for the equations.
@@ -56,7 +56,7 @@ def closed_form_filters(torch: Any, values: Any, wanted: Any, ridge: Any) -> Any
     ----------
     torch : module
     values : (B, C, N, N)
-    wanted : (N, N)
+    desired : (N, N)
     ridge : (1,)
         Positive.
 
@@ -64,8 +64,8 @@ def closed_form_filters(torch: Any, values: Any, wanted: Any, ridge: Any) -> Any
     -------
     (B, C, N, N)
     """
-    places = wanted.numel()
+    places = desired.numel()
     found = torch.fft.rfft2(values)
     energy = (found.real**2 + found.imag**2).sum(1, keepdim=True) / places + ridge
-    dual = torch.fft.rfft2(wanted) / (places * energy)
-    return torch.fft.irfft2(dual.conj() * found, s=wanted.shape)
+    dual = torch.fft.rfft2(desired) / (places * energy)
+    return torch.fft.irfft2(dual.conj() * found, s=desired.shape)

@@ -158,7 +158,7 @@ def make_box_head(torch: Any, channels: int, hidden: int) -> Any:
 
 
 def box_sides(torch: Any, head: Any, exemplars: Any, searches: Any) -> Any:
-    """Return the sides of the boxes that a head tells at all places.
+    """Return the sides of the boxes that a head predicts at all places.
 
     Parameters
     ----------

@@ -195,7 +195,7 @@ class SiameseRecipe(TrainingRecipe):
 
 
 class BoxSettings(StrictModel):
-    """The head that tells a vehicle's box.
+    """The head that predicts a vehicle's box.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""SiamBox: a head on the features of SiamFC that tells the vehicle's box."""
+"""SiamBox: a head on the features of SiamFC that predicts the vehicle's box."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def train_siambox(
     Notes
     -----
     Pairs must show the vehicle larger, smaller and stretched by as much as a tracker's
-    box may ever be wrong. Where they do so by 15 % only, the head learns to tell the
+    box may ever be wrong. Where they do so by 15 % only, the head learns to predict the
     mean size in samples whatever it sees: the box of the tracker then grows by the
     same share in each frame.
     """

@@ -10,7 +10,7 @@ from simbench.trackers.parts.siamese_filter import (
     RESPONSE_HEIGHT,
     SiameseFilterNetwork,
     closed_form_filter,
-    wanted_response,
+    desired_response,
 )
 from tests.trackers.test_siamfc import random_weights
 
@@ -20,7 +20,7 @@ def test_closed_form_is_the_solution_of_the_dense_problem(
 ) -> None:
     channels, side, ridge = 3, 5, 0.3
     values = rng.normal(size=(channels, side, side))
-    wanted = rng.normal(size=(side, side))
+    desired = rng.normal(size=(side, side))
     # row u of the matrix: features as a filter sees them that is moved by u
     rows = [
         np.roll(values, (-down, -right), axis=(1, 2)).ravel()
@@ -29,21 +29,21 @@ def test_closed_form_is_the_solution_of_the_dense_problem(
     ]
     matrix, count = np.array(rows), side**2
     normal = matrix.T @ matrix / count + ridge * np.eye(channels * count)
-    expected = np.linalg.solve(normal, matrix.T @ wanted.ravel() / count)
-    found = closed_form_filter(values, wanted, ridge)
+    expected = np.linalg.solve(normal, matrix.T @ desired.ravel() / count)
+    found = closed_form_filter(values, desired, ridge)
     assert found.ravel() == pytest.approx(expected)
 
 
 def test_filter_responds_to_its_own_features_as_was_asked(
     rng: np.random.Generator,
 ) -> None:
-    values, wanted = rng.normal(size=(4, 22, 22)), wanted_response()
-    filters = closed_form_filter(values, wanted, 1e-9)
+    values, desired = rng.normal(size=(4, 22, 22)), desired_response()
+    filters = closed_form_filter(values, desired, 1e-9)
     found = np.fft.ifft2(
         (np.conj(np.fft.fft2(filters)) * np.fft.fft2(values)).sum(axis=0)
     ).real
-    assert found == pytest.approx(wanted, abs=1e-4)
-    assert wanted[0, 0] == wanted.max() == RESPONSE_HEIGHT
+    assert found == pytest.approx(desired, abs=1e-4)
+    assert desired[0, 0] == desired.max() == RESPONSE_HEIGHT
 
 
 def test_response_is_highest_where_the_target_went(rng: np.random.Generator) -> None:
