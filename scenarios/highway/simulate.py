@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,23 +11,22 @@ from numpy.typing import NDArray
 
 from simbench.core.errors import TrafficError
 from simbench.core.trajectories import Trajectories
-from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.geometry.road import RoadLine
 from simbench.scenarios.highway.drawn_lane_changes import with_lane_changes
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.kinematics import road_trajectories
+from simbench.scenarios.run_sumo import run_sumo
 from simbench.scenarios.schema import Scenario, ScriptedVehicle, Target, scripted_lanes
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import stream_seed
 from simbench.scenarios.time_step import STEP_S
 
-__all__ = ["raise_if_failed", "run_sumo", "simulate"]
+__all__ = ["simulate"]
 
 logger = logging.getLogger(__name__)
 
 _ATTEMPTS = 20
 _PLAUSIBLE_BRAKING = 6.0  # m/s^2; harder is an emergency stop, not driving
-_TIMEOUT_S = 600.0
 _CACHED_RECORDINGS = 3
 
 
@@ -158,43 +154,6 @@ def _recorded(request: dict[str, Any]) -> dict[str, NDArray[Any]]:
         "lane": lane[:, present],
         "collisions": found["collisions"][: steps - 1],
     }
-
-
-def run_sumo(module: str, request: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    """Run a module that calls SUMO in a child process, and return its recording.
-
-    Raises
-    ------
-    TrafficError
-        With SUMO's own message, if it refuses, crashes or does not come to an end.
-    """
-    with scratch_folder("traffic-") as folder:
-        answer = Path(folder) / "recording.npz"
-        # -P: a random.py in the user's directory must not replace the standard one
-        program = [sys.executable, "-P", "-m", module, str(answer)]
-        try:
-            done = subprocess.run(
-                program,
-                input=json.dumps(request).encode(),
-                capture_output=True,
-                timeout=_TIMEOUT_S,
-                check=False,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise TrafficError(f"SUMO took longer than {_TIMEOUT_S:g} s") from error
-        raise_if_failed(done)
-        with np.load(answer) as recording:
-            return dict(recording)
-
-
-def raise_if_failed(done: subprocess.CompletedProcess[bytes]) -> None:
-    """Raise an error with SUMO's own message if its process failed."""
-    if done.returncode < 0:
-        raise TrafficError(f"SUMO crashed (signal {-done.returncode})")
-    if done.returncode != 0:
-        lines = done.stderr.decode(errors="replace").splitlines()
-        errors = [line for line in lines if "Error" in line] or lines[-1:]
-        raise TrafficError(f"SUMO refused: {' '.join(errors)[:500]}")
 
 
 def _implausible(

@@ -1,51 +1,51 @@
-"""Child process that runs SUMO on a highway: request in, recording out.
+"""SUMO on a highway, in a process of its own: request in, recording out.
 
 ``python -m simbench.scenarios.highway.sumo_process FILE`` reads a request (JSON) from
-standard input and writes a recording (NPZ) to FILE. SUMO runs one simulation a process,
-writes to the process's outputs and crashes on some networks; a child process isolates
-all three. The roads are straight here: SUMO simulates the driving along the lanes, and
-`simbench.scenarios.highway.kinematics` maps the result onto the real road.
+standard input and writes a recording (NPZ) to FILE; see
+`simbench.scenarios.run_sumo`. The roads are straight here: SUMO simulates the
+driving along the lanes, and `simbench.scenarios.highway.kinematics` maps the result
+onto the real road.
 """
 
 from __future__ import annotations
 
-import ctypes
 import json
 import math
 import os
-import signal
 import sys
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import libsumo
 import numpy as np
 from numpy.typing import NDArray
 
 from simbench.core.errors import TrafficError
+from simbench.runtime.process_control import die_with
 from simbench.runtime.scratch import scratch_folder
 from simbench.scenarios.highway.fleet import FLEET
 from simbench.scenarios.highway.sumo_files import network_xml, sides_of, types_xml
 from simbench.scenarios.time_step import STEP_S
 
-__all__ = ["run_request", "sumo_command"]
+__all__ = ["Simulate", "answer_request", "main", "simulate", "sumo_command"]
 
 _SCRIPTED_CHANGES_ONLY = 256  # SUMO's lane change mode; it still avoids collisions
 _ENTRY_M = 18.0
 _COMFORTABLE = 2.0  # m/s^2, scripted changes of speed
 
 
-def run_request(simulate: Callable[[dict[str, Any]], dict[str, Any]]) -> int:
-    """Read a request, simulate it and save the arrays that ``simulate`` returns.
+Simulate = Callable[[dict[str, Any]], dict[str, Any]]
+"""Simulates a request and returns the arrays of its recording."""
+
+
+def answer_request(simulate: Simulate, request: dict[str, Any], answer: Path) -> int:
+    """Simulate a request and save the recording.
 
     Returns the exit status: 0 on success, 1 after writing SUMO's error to standard
     error.
     """
-    _die_with_parent()
-    request = json.load(sys.stdin)
-    answer = Path(sys.argv[1]).resolve()
     try:
         recording = simulate(request)
     except (
@@ -59,11 +59,11 @@ def run_request(simulate: Callable[[dict[str, Any]], dict[str, Any]]) -> int:
     return 0
 
 
-def _die_with_parent() -> None:
-    """Ask Linux to end this process when its parent process is gone."""
-    if sys.platform == "linux":
-        set_parent_death_signal = 1
-        ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
+def main(simulate: Simulate) -> NoReturn:
+    """Answer the request on standard input, in the file that the command line names."""
+    die_with(os.getppid())
+    answer = Path(sys.argv[1]).resolve()
+    sys.exit(answer_request(simulate, json.load(sys.stdin), answer))
 
 
 def sumo_command(options: dict[str, Any], seed: int) -> list[str]:
@@ -77,7 +77,8 @@ def sumo_command(options: dict[str, Any], seed: int) -> list[str]:
     return ["sumo", *pairs, "--no-step-log", "--no-warnings", "--duration-log.disable"]
 
 
-def _simulate(request: dict[str, Any]) -> dict[str, Any]:
+def simulate(request: dict[str, Any]) -> dict[str, Any]:
+    """Simulate a request, see `simbench.scenarios.highway.sumo_files`."""
     rng = np.random.default_rng(request["seed"])
     options = {
         "net-file": "road.net.xml",
@@ -296,4 +297,4 @@ def _ramp(name: str, goal_mps: float) -> list[float]:
 
 
 if __name__ == "__main__":
-    sys.exit(run_request(_simulate))
+    main(simulate)

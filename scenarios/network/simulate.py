@@ -17,12 +17,12 @@ from simbench.core.trajectories import LaneChange, Trajectories, Vehicle
 from simbench.scenarios.geometry.line import Line
 from simbench.scenarios.highway.fleet import sample_paint
 from simbench.scenarios.highway.kinematics import gradient, interpolate
-from simbench.scenarios.highway.simulate import run_sumo
 from simbench.scenarios.highway.tractrix import body_poses
 from simbench.scenarios.network.recording import RecordedVehicle, Recording
 from simbench.scenarios.network.shapes import Network, read_network
 from simbench.scenarios.network.target import Paint, choose_target
 from simbench.scenarios.network.target_line import target_line
+from simbench.scenarios.run_sumo import run_sumo
 from simbench.scenarios.schema import Scenario, SumoRoad, TargetRule
 from simbench.scenarios.schema.frame_times import frame_times
 from simbench.scenarios.schema.seeds import generator, stream_seed

@@ -1,30 +1,31 @@
-"""Child process that runs SUMO on a user's network: request in, recording out.
+"""SUMO on a user's network, in a process of its own: request in, recording out.
 
 ``python -m simbench.scenarios.network.sumo_process FILE`` reads a request (JSON) from
-standard input and writes a recording (NPZ) to FILE; for why it is a child process, see
-`simbench.scenarios.highway.sumo_process`.
+standard input and writes a recording (NPZ) to FILE; see `simbench.scenarios.run_sumo`.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import sys
 from typing import Any
 
 import libsumo
 import numpy as np
 
 from simbench.core.errors import TrafficError
-from simbench.scenarios.highway.sumo_process import run_request, sumo_command
+from simbench.scenarios.highway.sumo_process import answer_request, main, sumo_command
 from simbench.scenarios.time_step import STEP_S
+
+__all__ = ["answer_request", "simulate"]
 
 _MOST_ROWS = 5_000_000  # of 80 bytes
 _DEFAULT_COLOUR = (255, 255, 0)  # SUMO's yellow where no colour is given
 _COLUMNS = "step vehicle lane x y z angle slope along aside".split()
 
 
-def _simulate(request: dict[str, Any]) -> dict[str, Any]:
+def simulate(request: dict[str, Any]) -> dict[str, Any]:
+    """Simulate a request, see `simbench.scenarios.network.simulate`."""
     os.chdir(request["folder"])
     options = {
         "collision.action": "warn",
@@ -105,4 +106,4 @@ def _looks(name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    sys.exit(run_request(_simulate))
+    main(simulate)

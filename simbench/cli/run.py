@@ -81,11 +81,11 @@ def run(
 
     A tracker that fails loses only its own row; the exit status is then 1.
     """
-    # before the heavy imports: a mistake in a file is reported at once
     require_name("--rules", rules, RULES)
     require_name("--protocol", protocol, PROTOCOLS)
-    found = scenarios_from(scenarios, frames)
     prepare_workers(jobs, cluster)
+    # before the heavy imports: a mistake in a file is reported at once
+    found = scenarios_from(scenarios, frames)
 
     from simbench.experiments.request import Request, parse_seeds
 

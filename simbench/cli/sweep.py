@@ -80,12 +80,12 @@ def sweep(
 
     Values that cannot be reached are left out and named; they fail no sweep.
     """
-    # before the heavy imports: a mistake in the file is reported at once
     for one in vary:
         if "=" in one:
             require_name("--vary", one.partition("=")[0].strip(), dial_names())
-    found = scenarios_from([scenario], frames)
     prepare_workers(jobs, cluster)
+    # before the heavy imports: a mistake in the file is reported at once
+    found = scenarios_from([scenario], frames)
 
     from simbench.experiments.refine_sweep import refined_run
     from simbench.experiments.request import parse_seeds, sweep_request

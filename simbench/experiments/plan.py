@@ -20,7 +20,14 @@ from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.scenarios.schema import Scenario
 from simbench.trackers.find_tracker import TrackerSpec
 
-__all__ = ["SequenceTask", "Source", "TrackTask", "plan", "sequence_stem"]
+__all__ = [
+    "SequenceTask",
+    "Source",
+    "TrackTask",
+    "generation_code",
+    "plan",
+    "sequence_stem",
+]
 
 _GENERATION: Final = "simbench.generation.generate"
 _GENERATION_COST: Final = 10.0  # as tracking: about ten frames for one generated
@@ -206,7 +213,7 @@ def _keyed_sources(
 ) -> Iterator[tuple[Source, int | None, str]]:
     """Yield each sequence of a request: its source, seed, and key of its content."""
     if request.scenarios:
-        code = code_digest(_GENERATION)
+        code = generation_code()
         for scenario in request.scenarios:
             for seed in request.seeds:
                 yield scenario, seed, digest_of(code, renderer, scenario.digest, seed)
@@ -214,6 +221,11 @@ def _keyed_sources(
         code = code_digest(_READING)
         for clip in request.clips:
             yield clip, clip.seed, digest_of(code, clip.digest, clip.problem)
+
+
+def generation_code() -> str:
+    """Return the digest of the code that generates; takes a moment the first time."""
+    return code_digest(_GENERATION)
 
 
 def sequence_stem(source: Source, seed: int | None) -> str:

@@ -21,7 +21,7 @@ from simbench.evaluation.scores import Scores
 from simbench.evaluation.statistics.sweep_scores import SweepScores, sweep_scores
 from simbench.experiments.experiment import Experiment
 from simbench.experiments.grid import finished_scores, run_grid
-from simbench.experiments.plan import SequenceTask, plan
+from simbench.experiments.plan import SequenceTask, generation_code, plan
 from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
@@ -164,6 +164,8 @@ def run_experiment(
         codes = tracker_codes(
             request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
         )
+        if renders:
+            generation_code()
         renderer = opengl.result()
     with folder.locked():
         experiment = folder.joined(request, replace=replace)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import os
 import select
 import signal
@@ -18,6 +19,7 @@ import struct
 import sys
 import traceback
 import warnings
+from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Final, NoReturn
 
@@ -27,14 +29,16 @@ from simbench.runtime.worker import serve
 __all__ = ["main"]
 
 _IMPORTED: Final = (
-    "pandas",
     "simbench.generation.generate",
+    "simbench.scenarios.highway.sumo_process",
+    "numba.core.registry",
     "simbench.generation.dataset.make_sequence",
     "simbench.experiments.tasks",
+    "pandas",
     "simbench.evaluation.score_track",
     "simbench.trackers.condensation",
 )
-"""What most workers need."""
+"""What most workers need, in the order in which they need it."""
 
 _NEWS: Final = struct.Struct("!i")
 
@@ -55,13 +59,15 @@ def main(requests: int, lifeline: int) -> NoReturn:
     signal.signal(signal.SIGCHLD, _wake)
     wake, woken = os.pipe2(os.O_NONBLOCK)
     signal.set_wakeup_fd(woken)
-    _prepare()
+    preparing = _prepare()
+    next(preparing)
     with socket.socket(fileno=requests) as channel:
         running: dict[int, int] = {}
         own = [requests, lifeline, wake, woken]
         while True:
             watched = [requests, lifeline, wake]
-            ready, _, _ = select.select(watched, [], [])
+            waits_s = 0.0 if next(preparing, None) else None
+            ready, _, _ = select.select(watched, [], [], waits_s)
             if lifeline in ready:
                 os._exit(0)  # the kernel ends those that were forked
             if wake in ready:
@@ -71,15 +77,21 @@ def main(requests: int, lifeline: int) -> NoReturn:
                 _answer(channel, running, own)
 
 
-def _prepare() -> None:
-    """Do what every worker would do first; what fails is left to its jobs."""
+def _prepare() -> Iterator[str]:
+    """Do what every worker would do first, in steps: requests are answered in between.
+
+    What fails is left to its jobs.
+    """
     for name in _IMPORTED:
-        with contextlib.suppress(Exception):
+        # libsumo prints which versions of other libraries it expects
+        with contextlib.suppress(Exception), contextlib.redirect_stdout(io.StringIO()):
             importlib.import_module(name)
-    with contextlib.suppress(Exception):  # what numba does before its first function
-        registry = importlib.import_module("numba.core.registry")
-        registry.cpu_target.typing_context.refresh()
-        registry.cpu_target.target_context.refresh()
+        if name == "numba.core.registry":  # what numba does before its first function
+            with contextlib.suppress(Exception):
+                target = sys.modules[name].cpu_target
+                target.typing_context.refresh()
+                target.target_context.refresh()
+        yield name
 
 
 def _wake(number: int, frame: object) -> None:

@@ -135,6 +135,7 @@ class _ForkServer:
     def stop(self) -> None:
         """End it, and with it the processes that it has forked."""
         self.forget()
+        self._process.kill()  # it may be in the middle of an import
         self._process.wait()
 
 

@@ -45,10 +45,14 @@ class ChildEnd:
         memory left. ``timeout``: it was killed at its deadline.
     reason : str
         One line.
+    exit_code : int or None
+        The exit status of its process, or the negative number of the signal that ended
+        it; None if it was killed at its deadline.
     """
 
     kind: Literal["done", "crashed", "lost", "timeout"]
     reason: str
+    exit_code: int | None
 
 
 def run_isolated(
@@ -152,7 +156,7 @@ def _wait(
             if not has_ended and time.monotonic() > deadline_s():
                 _kill_group(child)
                 os.waitpid(child, 0)
-                return ChildEnd("timeout", "killed at its time limit")
+                return ChildEnd("timeout", "killed at its time limit", None)
     finally:
         os.close(handle)
     os.set_blocking(read_end, False)  # a process it left may still hold the other end
@@ -166,8 +170,9 @@ def _wait(
 def _end_of(exit_code: int) -> ChildEnd:
     reason = exit_reason(exit_code)
     if exit_code >= 0:
-        return ChildEnd("done", reason)
-    return ChildEnd("lost" if is_killed_from_outside(exit_code) else "crashed", reason)
+        return ChildEnd("done", reason, exit_code)
+    is_lost = is_killed_from_outside(exit_code)
+    return ChildEnd("lost" if is_lost else "crashed", reason, exit_code)
 
 
 class _Output:

@@ -19,12 +19,13 @@ from pathlib import Path
 from simbench.core.errors import one_line
 from simbench.runtime.messages import receive, send
 
-__all__ = ["JobLostError", "ReportProgress", "WorkerSettings", "serve"]
+__all__ = ["JobLostError", "ReportProgress", "WorkerSettings", "is_worker", "serve"]
 
 ReportProgress = Callable[[int, int], None]
 """What a job calls with the steps done and their total."""
 
 _REPORT_EVERY_S = 0.1
+_serving: list[int] = []  # the process that serves, which its forked children are not
 
 
 class JobLostError(Exception):
@@ -69,6 +70,11 @@ class WorkerSettings:
         _redirect_output(self.log)
 
 
+def is_worker() -> bool:
+    """Whether this process serves jobs: it has one thread of Python."""
+    return _serving == [os.getpid()]
+
+
 def serve(pipe: Connection) -> None:
     """Run jobs until the pipe closes.
 
@@ -80,6 +86,7 @@ def serve(pipe: Connection) -> None:
         done; then ``done`` and a result, or ``failed`` or ``lost`` and one line.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _serving[:] = [os.getpid()]
     with contextlib.suppress(EOFError, OSError):
         settings = pickle.loads(receive(pipe))
         try:

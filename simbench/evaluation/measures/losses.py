@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri
 
 __all__ = [
     "FOUND_OVERLAP",
@@ -160,7 +160,7 @@ def survival(time_s: ArrayLike, is_lost: ArrayLike) -> Survival:
     share = np.cumprod(1.0 - losses / at_risk)
     with np.errstate(divide="ignore", invalid="ignore"):  # undefined is NaN
         variance = np.cumsum(losses / (at_risk * (at_risk - losses)))
-        width = ndtri(0.975) * np.sqrt(variance) / np.log(share)
+        width = NormalDist().inv_cdf(0.975) * np.sqrt(variance) / np.log(share)
         middle = np.log(-np.log(share))
         low, high = (np.exp(-np.exp(middle + side * width)) for side in (-1.0, 1.0))
     return Survival(

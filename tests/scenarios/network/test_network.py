@@ -18,11 +18,11 @@ from pydantic import ValidationError
 from simbench.core.errors import ScenarioError, TrafficError
 from simbench.scenarios.files.loading import load_recipe, load_scenario, scenario_schema
 from simbench.scenarios.highway.fleet import PAINTS
-from simbench.scenarios.highway.simulate import run_sumo
 from simbench.scenarios.network.recording import Recording
 from simbench.scenarios.network.shapes import read_network
 from simbench.scenarios.network.simulate import NetworkSimulation, simulate_network
 from simbench.scenarios.network.target import choose_target
+from simbench.scenarios.run_sumo import run_sumo
 from simbench.scenarios.schema import Scenario, SumoRoad, TargetRule
 from simbench.scenarios.schema.seeds import stream_seed
 from simbench.scenarios.stage import build_stage
