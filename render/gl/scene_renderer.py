@@ -29,7 +29,7 @@ from simbench.render.gl.batches import (
 from simbench.render.gl.framebuffers import Framebuffers
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
-from simbench.render.gl.shader_programs import Program
+from simbench.render.gl.shader_programs import shared_program
 from simbench.render.gl.shadow_fit import FAR_M, ShadowFit, fit_shadow_maps
 from simbench.render.gl.shadow_maps import ShadowMaps
 from simbench.render.gl.still_view import StillView
@@ -87,11 +87,11 @@ class SceneRenderer:
             defines = *defines, "SHADOWS"
         parts = "GROUND", "FOLIAGE", "STATIC", "VEHICLES", "GROUND FAR", "DISTANT FAR"
         self._programs = {
-            part: Program("scene.vert", "scene.frag", *part.split(), *defines)
+            part: shared_program("scene.vert", "scene.frag", *part.split(), *defines)
             for part in parts
         }
-        self._programs["sky"] = Program("sky.vert", "sky.frag")
-        self._programs["bare"] = Program("bare.vert", "bare.frag")
+        self._programs["sky"] = shared_program("sky.vert", "sky.frag")
+        self._programs["bare"] = shared_program("bare.vert", "bare.frag")
         self._ground = CellMesh(scene.ground)
         self._set_static_objects(scene.static_objects)
         self._distant = CellMesh(scene.distant)
@@ -122,8 +122,6 @@ class SceneRenderer:
             mesh.delete()
         for instances in self._bodies:
             instances.delete()
-        for program in self._programs.values():
-            program.delete()
         self._lighting.delete()
         if self._shadows is not None:
             self._shadows.delete()

@@ -1,7 +1,12 @@
-"""Shader programs, compiled through pyrender, with uniforms set by name."""
+"""Shader programs, compiled through pyrender, with uniforms set by name.
+
+Programs are kept as long as the process and its one context: to compile them, for
+OpenGL and then for the processor, takes a third of a second a film.
+"""
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -15,7 +20,17 @@ from simbench.runtime.scratch import scratch_folder
 from OpenGL import GL
 from pyrender.shader_program import ShaderProgram
 
-__all__ = ["Program"]
+__all__ = ["Program", "shared_program"]
+
+
+@cache
+def shared_program(vertex: str, fragment: str, *defines: str) -> Program:
+    """Return the one `Program` of these sources and names.
+
+    Its uniforms are what the last renderer has set: each renderer sets all that the
+    program reads.
+    """
+    return Program(vertex, fragment, *defines)
 
 
 class Program:
@@ -68,10 +83,6 @@ class Program:
         """Return where to set a uniform that changes from draw to draw."""
         location: int = self._locations[name]
         return location
-
-    def delete(self) -> None:
-        """Free the program."""
-        self._program.delete()
 
 
 def _expand(name: str, defines: tuple[str, ...], folder: Path) -> str:

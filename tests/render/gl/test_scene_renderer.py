@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from simbench.core.camera import Camera
 from simbench.render.gl import batches
 from simbench.render.gl.scene_renderer import SceneRenderer
-from simbench.render.gl.shader_programs import Program
+from simbench.render.gl.shader_programs import Program, shared_program
 from simbench.render.world.illumination import Illumination
 from simbench.render.world.projection import clip_matrix
 from simbench.render.world.scene import build_scene, vehicle_poses
@@ -92,8 +92,27 @@ def test_a_uniform_is_set_again_where_its_array_has_changed() -> None:
             held = np.zeros(16, np.float32)
             GL.glGetUniformfv(number, location, held)
             found.append(float(held[0]))
-        program.delete()
     assert found == [1.0, 1.0, 2.0, 1.0]
+
+
+@pytest.mark.gl
+@pytest.mark.sumo
+def test_what_was_rendered_before_with_the_same_programs_decides_nothing() -> None:
+    def picture(sun_rad: float, haze_per_km: float) -> NDArray[np.uint8]:
+        light = {"sun_elevation_rad": sun_rad, "haze_per_km": haze_per_km}
+        stage = build_stage(small_scenario(light=light, frames=2), 0)
+        poses = vehicle_poses(stage.trajectories, 0)
+        with SceneRenderer(build_scene(stage), 64, 48, 1) as renderer:
+            target = stage.trajectories.target
+            return renderer.render(stage.cameras[0], *poses, target).image
+
+    shared_program.cache_clear()
+    alone = picture(0.9, 0.25)
+    shared_program.cache_clear()
+    other = picture(0.2, 9.0)
+    after = picture(0.9, 0.25)
+    assert not np.array_equal(alone, other)
+    assert np.array_equal(alone, after)
 
 
 @pytest.mark.gl
