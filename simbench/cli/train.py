@@ -43,6 +43,15 @@ def train(
             metavar="FILE", help="YAML file; default: the recipe of the weights here."
         ),
     ] = None,
+    sequences: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Films in place of the recipe's; rounded up to all scenarios."
+        ),
+    ] = None,
+    iterations: Annotated[
+        int | None, typer.Option(min=1, help="Steps in place of the recipe's.")
+    ] = None,
     replace: Annotated[
         bool, typer.Option("--replace", help="Overwrite an existing file.")
     ] = False,
@@ -69,6 +78,8 @@ def train(
         name,
         path,
         recipe_path=recipe,
+        sequences=sequences,
+        iterations=iterations,
         seed=seed,
         replace=replace,
         jobs=core_count() if jobs is None else jobs,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Final, Self, TypeVar
 
+import numpy as np
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from simbench.core.errors import SimbenchError
@@ -73,6 +75,32 @@ class FilmList(StrictModel):
         """Return the number of films."""
         return len(self.scenarios) * len(self.seeds) * self.cameras
 
+    def with_count(self, count: int) -> FilmList:
+        """Return a list of about ``count`` films, never fewer.
+
+        Every scenario has as many: further seeds follow the last, or some are left out.
+        Where there are fewer simulations than scenarios, these are spread evenly over
+        the list.
+
+        Raises
+        ------
+        SimbenchError
+            If that are too many.
+        """
+        simulations = max(1, math.ceil(count / self.cameras))
+        scenarios = self.scenarios
+        if simulations < len(scenarios):
+            places = np.linspace(0, len(scenarios) - 1, simulations).round()
+            scenarios = tuple(scenarios[int(place)] for place in places)
+        seeds = math.ceil(simulations / len(scenarios))
+        if len(scenarios) * seeds * self.cameras > _MOST_FILMS:
+            raise SimbenchError(
+                f"--sequences: expected at most {_MOST_FILMS} films, got {count}"
+            )
+        more = range(max(self.seeds) + 1, max(self.seeds) + 1 + seeds)
+        chosen = (*self.seeds, *more)[:seeds]
+        return self.model_copy(update={"scenarios": scenarios, "seeds": chosen})
+
 
 class TrainingRecipe(StrictModel):
     """What every recipe has; a training adds its own keys.
@@ -83,6 +111,23 @@ class TrainingRecipe(StrictModel):
     """
 
     films: FilmList
+
+    def with_iterations(self, iterations: int) -> Self:
+        """Return a recipe that learns in so many steps.
+
+        Raises
+        ------
+        SimbenchError
+            If it does not learn in steps.
+        """
+        schedule = getattr(self, "schedule", None)
+        if schedule is None:
+            raise SimbenchError(
+                "--iterations: this network is not trained in iterations; its recipe "
+                f"has {', '.join(type(self).model_fields)}"
+            )
+        fewer = schedule.model_copy(update={"iterations": iterations})
+        return self.model_copy(update={"schedule": fewer})
 
 
 Recipe = TypeVar("Recipe", bound=TrainingRecipe)

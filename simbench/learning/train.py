@@ -26,6 +26,8 @@ def train(
     out: Path,
     *,
     recipe_path: Path | None = None,
+    sequences: int | None = None,
+    iterations: int | None = None,
     seed: int = 0,
     replace: bool = False,
     jobs: int = 1,
@@ -43,6 +45,11 @@ def train(
         An .npz file; its card is written beside it, with the suffix .json.
     recipe_path : Path, optional
         By default the recipe that ships.
+    sequences : int, optional
+        Number of films in place of the recipe's, rounded up, see
+        `simbench.learning.recipe.FilmList.with_count`.
+    iterations : int, optional
+        Steps of the training in place of the recipe's.
     seed : int
         Of first weights and of all samples of the training; not of the films.
     replace : bool
@@ -60,11 +67,16 @@ def train(
     Raises
     ------
     SimbenchError
-        If PyTorch is missing, the recipe is wrong, films cannot be generated, or a
-        file cannot be written.
+        If PyTorch is missing, the recipe is wrong, the network is not trained in
+        iterations, films cannot be generated, or a file cannot be written.
     """
     training = find_training(name)
     recipe = read_recipe(recipe_path or shipped_recipe(name), training.recipe)
+    if sequences is not None:
+        films = recipe.films.with_count(sequences)
+        recipe = recipe.model_copy(update={"films": films})
+    if iterations is not None:
+        recipe = recipe.with_iterations(iterations)
     refuse_existing(out, replace=replace)
     if training.needs_torch:
         require_torch()

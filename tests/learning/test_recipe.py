@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from simbench.core.errors import SimbenchError
+from simbench.learning.encoder.encoder_recipe import EncoderRecipe
 from simbench.learning.films import film_request
 from simbench.learning.recipe import (
     FIRST_TRAINING_SEED,
@@ -97,3 +98,47 @@ def test_existing_weights_and_other_files_are_refused(tmp_path: Path) -> None:
     refuse_existing(out, replace=True)
     with pytest.raises(SimbenchError, match=r"--out: expected a file named \.npz"):
         refuse_existing(tmp_path / "encoder.pt", replace=True)
+
+
+@pytest.mark.parametrize(
+    ("count", "scenarios", "seeds"),
+    [
+        pytest.param(1, ("rain",), (10_005,), id="one simulation"),
+        pytest.param(4, ("rain", "night"), (10_005,), id="fewer than scenarios"),
+        pytest.param(6, ("rain", "fog", "night"), (10_005,), id="as many"),
+        pytest.param(
+            20, ("rain", "fog", "night"), (10_005, 10_001, 10_006, 10_007), id="more"
+        ),
+    ],
+)
+def test_number_of_films_is_rounded_up_to_all_scenarios(
+    count: int, scenarios: tuple[str, ...], seeds: tuple[int, ...]
+) -> None:
+    films = FilmList(
+        scenarios=("rain", "fog", "night"), seeds=(10_005, 10_001), cameras=2, frames=6
+    )
+    found = films.with_count(count)
+    assert (found.scenarios, found.seeds) == (scenarios, seeds)
+    assert len(found) >= count
+
+
+def test_too_many_films_are_refused_by_number() -> None:
+    films = FilmList(scenarios=("rain",), seeds=(10_000,), frames=6)
+    with pytest.raises(SimbenchError, match="at most 10000 films, got 10001"):
+        films.with_count(10_001)
+
+
+@pytest.mark.parametrize("name", TRAININGS)
+def test_iterations_are_those_requested_or_refused(name: str) -> None:
+    recipe = read_recipe(shipped_recipe(name), find_training(name).recipe)
+    if name == "nbrf":
+        with pytest.raises(SimbenchError, match="not trained in iterations"):
+            recipe.with_iterations(90)
+        return
+    fewer = recipe.with_iterations(90)
+    assert fewer.films == recipe.films
+    if isinstance(fewer, EncoderRecipe):
+        stages = len(fewer.layers) * fewer.layer_iterations + fewer.joint_iterations
+        assert stages == pytest.approx(90, abs=len(fewer.layers))
+    else:
+        assert fewer.model_dump()["schedule"]["iterations"] == 90

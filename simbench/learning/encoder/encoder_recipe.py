@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field
 
@@ -42,3 +42,11 @@ class EncoderRecipe(TrainingRecipe):
     joint_iterations: int = Field(ge=1, le=1_000_000)
     batch: int = Field(ge=1, le=65_536)
     rate: float = Field(gt=0.0, le=1.0)
+
+    def with_iterations(self, iterations: int) -> Self:
+        """Return a recipe with so many steps in all, shared among its stages."""
+        own = self.layer_iterations * len(self.layers) + self.joint_iterations
+        share = iterations / own
+        stages = {"layer_iterations": max(1, round(self.layer_iterations * share))}
+        stages["joint_iterations"] = max(1, round(self.joint_iterations * share))
+        return self.model_copy(update=stages)
