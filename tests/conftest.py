@@ -13,10 +13,10 @@ from threadpoolctl import threadpool_limits
 from simbench.core.sequence import Sequence
 from tests.tiny_sequence import tiny_sequence
 
+# a forked child would wait for ever for a thread of Mesa that only its parent has
+os.environ.setdefault("LP_NUM_THREADS", "0")
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # threads of Mesa and of BLAS help one process, and get in the way of several
-    os.environ.setdefault("LP_NUM_THREADS", "0")
-    threadpool_limits(1)
+    threadpool_limits(1)  # threads of BLAS help one process, and hinder several
 
 # what a test is to show holds on a busy machine too
 settings.register_profile(
