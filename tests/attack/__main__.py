@@ -77,7 +77,7 @@ def report(results: list[Result], seconds: float) -> str:
         "",
         "A try is survived if the command ends by itself with status 0, 1, 2 or 130",
         "and no traceback, leaves no process behind, touches nothing of the user's,",
-        "and (for files) takes at most 10 s of processor time and 1 GB. After a kill,",
+        "and (for files) takes at most 10 s of processor time and 1 GB. After kills,",
         "the same command must end with the results of an undisturbed one, and keep",
         "what was finished.",
         "",

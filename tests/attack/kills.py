@@ -1,6 +1,6 @@
-"""Commands that are killed at some moment, and the same command again.
+"""Commands that are killed at some moments, and the same command again.
 
-The moment, the signal and whom it reaches depend on the seed. What is compared is the
+The moments, the signals and whom they reach depend on the seed. What is compared is the
 result of a command that nothing disturbed; it is made once in a folder.
 """
 
@@ -48,19 +48,23 @@ _SUITE = {
 }
 
 
-def try_kill(command: str, seed: int, folder: Path) -> tuple[bool, str]:
-    """Kill a command, call it again, and compare with an undisturbed one.
+def try_kills(
+    command: str, seed: int, folder: Path, kills: int = 1
+) -> tuple[bool, str]:
+    """Kill a command, and again as it goes on; then let it end, and compare.
 
     Parameters
     ----------
     command : str
         One of `COMMANDS`.
     seed : int
-        Decides the signal, whom it reaches, and after which share of the time that the
+        Decides the signals, whom they reach, and after which share of the time that the
         command takes undisturbed.
     folder : Path
         For all tries of a series, during which the code does not change; each has a
         folder of its own in it, removed if it was survived.
+    kills : int
+        How often it is killed.
 
     Returns
     -------
@@ -74,18 +78,24 @@ def try_kill(command: str, seed: int, folder: Path) -> tuple[bool, str]:
         _make_undisturbed(command, undisturbed)
     facts = json.loads(facts_file.read_text())
     rng = random.Random(f"{command} {seed}")
-    how = rng.choice([signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-    after_s = rng.uniform(0.0, 1.0) * facts["seconds"]
     own = folder / command / str(seed)
     shutil.rmtree(own, ignore_errors=True)
     own.mkdir()
     if (undisturbed / "baseline.json").exists():
         shutil.copy(undisturbed / "baseline.json", own)
-    what = f"{command} {seed}: {how.name} after {after_s:.2f} s"
-    fault = _killed(command, own, how, after_s) or _repeated(command, own, facts)
+    done: list[str] = []
+    fault = ""
+    finished: dict[str, int] = {}
+    while not fault and len(done) < kills:
+        how = rng.choice([signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+        after_s = rng.uniform(0.0, 1.0) * facts["seconds"]
+        done.append(f"{how.name} after {after_s:.2f} s")
+        fault = _killed(command, own, how, after_s) or _lost(finished, own)
+        finished = _finished(own)
+    fault = fault or _repeated(command, own, facts)
     if not fault:
         shutil.rmtree(own)
-    return not fault, f"{what}: {fault or 'survived'}"
+    return not fault, f"{command} {seed}: {', '.join(done)}: {fault or 'survived'}"
 
 
 def _killed(command: str, folder: Path, how: signal.Signals, after_s: float) -> str:
@@ -112,22 +122,19 @@ def _killed(command: str, folder: Path, how: signal.Signals, after_s: float) -> 
 
 def _repeated(command: str, folder: Path, facts: dict[str, object]) -> str:
     """Call a killed command again, and return what is wrong then."""
-    finished = _finished(folder / "out")
+    finished = _finished(folder)
     process = started(_typed(command, folder), folder)
     try:
         code = process.wait(PATIENT_S)
     except subprocess.TimeoutExpired:
         process.kill()
-        return "the second call did not end"
+        return "the last call did not end"
     if code != 0:
-        return (
-            f"second call: status {code}: {(folder / 'stderr').read_bytes()[-300:]!r}"
-        )
+        return f"last call: status {code}: {(folder / 'stderr').read_bytes()[-300:]!r}"
     if not wait_until(lambda: not session_members(process.pid)):
-        return f"second call: processes left: {session_members(process.pid)}"
-    again = _finished(folder / "out")
-    if lost := [path for path, made in finished.items() if again.get(path) != made]:
-        return f"made again or lost: {lost}"
+        return f"last call: processes left: {session_members(process.pid)}"
+    if fault := _lost(finished, folder):
+        return fault
     if left := leftovers(folder, folder / "out"):
         return f"left behind: {left}"
     digests = _digests(command, folder)
@@ -167,8 +174,16 @@ def _typed(command: str, folder: Path) -> list[str]:
     return COMMANDS[command].replace("FOLDER", str(folder)).split()
 
 
-def _finished(out: Path) -> dict[str, int]:
+def _lost(finished: dict[str, int], folder: Path) -> str:
+    """Return what is wrong if not all that was finished is as it was."""
+    again = _finished(folder)
+    lost = [path for path, made in finished.items() if again.get(path) != made]
+    return f"made again or lost: {lost}" if lost else ""
+
+
+def _finished(folder: Path) -> dict[str, int]:
     """Return when each part that a later call keeps was made."""
+    out = folder / "out"
     made = [*out.glob("entries/*.json"), *out.glob("parts/*/scores.parquet")]
     return {path.relative_to(out).as_posix(): path.stat().st_mtime_ns for path in made}
 
@@ -189,5 +204,5 @@ if __name__ == "__main__":  # python -m tests.attack.kills [COMMAND [TRIES]]
     _folder = Path(tempfile.mkdtemp(prefix="kills-"))
     for _seed in range(_tries):
         for _name in _names:
-            print(*try_kill(_name, _seed, _folder), flush=True)
+            print(*try_kills(_name, _seed, _folder, 3), flush=True)
     print(_folder)

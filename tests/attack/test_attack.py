@@ -8,7 +8,7 @@ import pytest
 
 from tests.attack.__main__ import report
 from tests.attack.bad_places import try_place
-from tests.attack.kills import try_kill
+from tests.attack.kills import try_kills
 from tests.attack.tries import KINDS, Result, attack
 
 pytestmark = [pytest.mark.sumo, pytest.mark.gl]
@@ -43,7 +43,7 @@ def test_bad_place_is_survived(place: str, command: str, tmp_path: Path) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["run", "generate"])
 def test_kill_is_survived(command: str, tmp_path: Path) -> None:
-    survived, what = try_kill(command, 1, tmp_path)
+    survived, what = try_kills(command, 1, tmp_path, 2)
     assert survived, what
 
 

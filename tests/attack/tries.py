@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -24,7 +25,7 @@ from tests.attack.forked import run_command, snapshot
 from tests.attack.hostile_files import hostile_files
 from tests.attack.hostile_input import HostileInput
 from tests.attack.kills import COMMANDS as KILL_COMMANDS
-from tests.attack.kills import try_kill
+from tests.attack.kills import try_kills
 from tests.tiny_sequence import tiny_sequence
 
 __all__ = ["KINDS", "Result", "attack"]
@@ -35,13 +36,14 @@ KINDS = {
     "datasets": "damaged data sets and sequences, given to verify",
     "baselines": "damaged baselines, given to check",
     "places": "bad places to write: full, read-only, foreign, odd names",
-    "kills": "kills at random moments of run, generate, sweep and check",
+    "kills": "run, generate, sweep and check, killed at three random moments each",
 }
 """Kinds of attack, and what is tried."""
 
 _LIMIT_S = 10.0  # of processor time
 _WAIT_S = 60.0  # of wall time, on a machine that may be busy
 _LIMIT_BYTES = 10**9
+_KILLS = 3  # of one command, which then ends
 _SLOW_TO_KILL = {"generate-lease"}  # waits two minutes for a lock of a dead process
 
 
@@ -73,7 +75,7 @@ def attack(kind: str, part: int, parts: int, kills: int) -> list[Result]:
     part, parts : int
         Which share of the tries.
     kills : int
-        Number of kills in all.
+        Number of kills in all; rounded up to three for each command.
     """
     with tempfile.TemporaryDirectory(prefix="attack-", ignore_cleanup_errors=True) as f:
         tries = list(_TRIES[kind](Path(f), kills))[part::parts]
@@ -85,9 +87,9 @@ Try = Callable[[], tuple[bool, str]]
 
 def _kills(folder: Path, kills: int) -> Iterator[Try]:
     names = [name for name in KILL_COMMANDS if name not in _SLOW_TO_KILL]
-    for number in range(kills):
+    for number in range(math.ceil(kills / _KILLS)):
         name = names[number % len(names)]
-        yield lambda name=name, n=number: try_kill(name, n, folder)  # type: ignore[misc]
+        yield lambda name=name, n=number: try_kills(name, n, folder, _KILLS)  # type: ignore[misc]
 
 
 def _places(folder: Path, kills: int) -> Iterator[Try]:
