@@ -127,7 +127,8 @@ def dotted_line(
 
 def rounded(values: NDArray[np.float64], decimals: int) -> list[float | None]:
     """Return rounded numbers for JSON; None for what is not finite."""
+    finite = np.isfinite(values).tolist()
     return [
-        round(value, decimals) if np.isfinite(value) else None
-        for value in values.tolist()
+        round(value, decimals) if is_finite else None
+        for value, is_finite in zip(values.tolist(), finite, strict=True)
     ]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 
 from simbench.evaluation.scores import Scores
 from simbench.report.text import anchor, scenario_name
 
 __all__ = ["ReportSection", "rows_of_seed", "split_scores", "tracker_labels"]
+
+_NO_SEED: Final = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,8 @@ class ReportSection:
         Labels, in the order of the report.
     seeds : tuple of (int or None)
         In order of appearance; None for recorded data.
+    tracks : mapping of (seed, tracker) to DataFrame
+        The frames of the first repetition of a tracker on a seed.
     """
 
     scenario: str
@@ -39,6 +44,7 @@ class ReportSection:
     frames: pd.DataFrame = field(repr=False)
     trackers: tuple[str, ...]
     seeds: tuple[int | None, ...]
+    tracks: Mapping[tuple[int | None, str], pd.DataFrame] = field(repr=False)
 
     @property
     def anchor(self) -> str:
@@ -59,14 +65,11 @@ class ReportSection:
 
     def of_seed(self, seed: int | None) -> dict[str, pd.DataFrame]:
         """Return the frames of the first repetition on a seed, by tracker."""
-        frames = rows_of_seed(self.frames, seed)
-        by_tracker = {}
-        for tracker in self.trackers:
-            rows = frames[frames["tracker"] == tracker]
-            if len(rows):
-                first = rows["repetition"].min()
-                by_tracker[tracker] = rows[rows["repetition"] == first]
-        return by_tracker
+        return {
+            tracker: self.tracks[seed, tracker]
+            for tracker in self.trackers
+            if (seed, tracker) in self.tracks
+        }
 
 
 def rows_of_seed(table: pd.DataFrame, seed: int | None) -> pd.DataFrame:
@@ -88,6 +91,7 @@ def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
     grouped = scores.runs.groupby(["scenario", "variant"], sort=False)
     for (scenario, variant), runs in grouped:
         is_same = (frames["scenario"] == scenario) & (frames["variant"] == variant)
+        own = frames[is_same]
         description = described.get((scenario, variant), {})
         present = set(runs["tracker"])
         sections.append(
@@ -97,15 +101,33 @@ def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
                 title=description.get("title") or str(scenario),
                 tests=description.get("tests") or "",
                 runs=runs,
-                frames=frames[is_same],
+                frames=own,
                 trackers=tuple(label for label in labels if label in present),
                 seeds=tuple(
                     None if pd.isna(seed) else int(seed)
                     for seed in runs["seed"].drop_duplicates()
                 ),
+                tracks=_first_repetitions(own),
             )
         )
     return sections
+
+
+def _first_repetitions(
+    frames: pd.DataFrame,
+) -> dict[tuple[int | None, str], pd.DataFrame]:
+    keys = {
+        "seed": frames["seed"].fillna(_NO_SEED).to_numpy(np.int64),
+        "tracker": frames["tracker"].to_numpy(object),
+        "repetition": frames["repetition"].to_numpy(np.int64),
+    }
+    grouped = pd.DataFrame(keys).groupby([*keys], sort=True).indices
+    found: dict[tuple[int | None, str], pd.DataFrame] = {}
+    for (number, tracker, _), places in grouped.items():
+        seed = None if number == _NO_SEED else int(number)
+        if (seed, tracker) not in found:  # the lowest comes first
+            found[seed, tracker] = frames.iloc[places]
+    return found
 
 
 def tracker_labels(scores: Scores, run: Mapping[str, Any]) -> list[str]:
