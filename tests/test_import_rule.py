@@ -50,6 +50,7 @@ ONLY_THERE = {
         "simbench.render.gl.scene_renderer",
         "simbench.render.gl.shader_programs",
         "simbench.render.gl.shadow_maps",
+        "simbench.render.gl.sky",
         "simbench.render.gl.textures",
     },
 }

@@ -32,6 +32,7 @@ from simbench.render.gl.rendered_frame import RenderedFrame
 from simbench.render.gl.shader_programs import shared_program
 from simbench.render.gl.shadow_fit import FAR_M, ShadowFit, fit_shadow_maps
 from simbench.render.gl.shadow_maps import ShadowMaps
+from simbench.render.gl.sky import Sky
 from simbench.render.gl.still_view import StillView
 from simbench.render.gl.textures import grain_texture
 from simbench.render.gl.vehicle_bounds import VehicleBounds
@@ -51,9 +52,6 @@ from simbench.render.world.vegetation import thinned
 from OpenGL import GL
 
 __all__ = ["SceneRenderer"]
-
-_SKY_ROWS, _SKY_STRIP = 30, 2 * (16 + 1)
-"""Strips of the sky's grid and corners of each, see ``sky.vert``."""
 
 
 class SceneRenderer:
@@ -90,7 +88,6 @@ class SceneRenderer:
             part: shared_program("scene.vert", "scene.frag", *part.split(), *defines)
             for part in parts
         }
-        self._programs["sky"] = shared_program("sky.vert", "sky.frag")
         self._programs["bare"] = shared_program("bare.vert", "bare.frag")
         self._ground = CellMesh(scene.ground)
         self._set_static_objects(scene.static_objects)
@@ -104,7 +101,7 @@ class SceneRenderer:
         self._levels = DetailLevels(scene.heights)
         self._bounds = VehicleBounds(scene)
         self._still = StillView(samples)
-        self._sky = GL.glGenVertexArrays(1)
+        self._sky = Sky()
 
     def __enter__(self) -> SceneRenderer:
         """Return the renderer itself."""
@@ -127,7 +124,7 @@ class SceneRenderer:
             self._shadows.delete()
         self._buffers.delete()
         GL.glDeleteTextures([self._grain])
-        GL.glDeleteVertexArrays(1, [self._sky])
+        self._sky.delete()
 
     def start_film(self) -> None:
         """Begin another film of the scene, as if none had been rendered before."""
@@ -349,23 +346,8 @@ class SceneRenderer:
         uniforms = lighting | {"view_projection": clip, "shadow_map": 0, "grain": 1}
         self._draw_objects(clip, uniforms, parts)
         empty = self._buffers.read_ids(parts)
-        self._draw_sky(lighting | {"to_world": sky_directions(clip, camera)}, empty)
-
-    def _draw_sky(self, uniforms: dict[str, Any], windows: Sequence[Window]) -> None:
-        """Draw the sky where nothing else is, in windows that hold all of that."""
-        self._buffers.bind_colour()
-        self._programs["sky"].use(uniforms)
-        first_row = self._programs["sky"].location("first_row")
-        GL.glDepthFunc(GL.GL_LEQUAL)
-        GL.glBindVertexArray(self._sky)
-        height = self._buffers.shape[0]
-        for index in self._buffers.inside(windows):
-            _, top, _, bottom = windows[index]
-            first, last = top * _SKY_ROWS // height, -(-bottom * _SKY_ROWS // height)
-            GL.glUniform1i(first_row, first)
-            count = last - first
-            GL.glDrawArraysInstanced(GL.GL_TRIANGLE_STRIP, 0, _SKY_STRIP, count)
-        GL.glDepthFunc(GL.GL_LESS)
+        sky = lighting | {"to_world": sky_directions(clip, camera)}
+        self._sky.draw(sky, self._buffers, empty)
 
     def _draw_objects(
         self,

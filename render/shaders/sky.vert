@@ -6,7 +6,7 @@
 uniform mat4 to_world;
 uniform int first_row;
 out vec3 colour;
-const float COLUMNS = 16.0, ROWS = 30.0; // as drawn by SceneRenderer
+const float COLUMNS = 16.0, ROWS = 30.0; // as drawn by sky.py
 
 void main() {
     int column = gl_VertexID / 2, row = first_row + gl_InstanceID + gl_VertexID % 2;
