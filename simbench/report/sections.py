@@ -121,9 +121,10 @@ def _first_repetitions(
         "tracker": frames["tracker"].to_numpy(object),
         "repetition": frames["repetition"].to_numpy(np.int64),
     }
-    grouped = pd.DataFrame(keys).groupby([*keys], sort=True).indices
+    # Any: to pandas, a key is no tuple
+    places_of: Any = pd.DataFrame(keys).groupby([*keys], sort=True).indices
     found: dict[tuple[int | None, str], pd.DataFrame] = {}
-    for (number, tracker, _), places in grouped.items():
+    for (number, tracker, _), places in places_of.items():
         seed = None if number == _NO_SEED else int(number)
         if (seed, tracker) not in found:  # the lowest comes first
             found[seed, tracker] = frames.iloc[places]
