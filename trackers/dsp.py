@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.affine_filter import PAPER, AffineFilter
 from simbench.trackers.parts.affine_group import compose, exp
@@ -34,8 +37,8 @@ class DynamicSwarmParticle(AffineFilter):
     particles, alpha, position_noise, first_position_noise, scale_noise, least_noise, \
     appearance, weights, hidden, structure, balance, first_share, template_gain, \
     colour_gain, background_gain, size_prior, aspect_prior, motion_prior, mean_width, \
-    trust_none, trust_all, size_gain, smoothing, lost_below, found_above, learn_from, \
-    background_from, keep_cloud
+    trust_none, trust_all, size_gain, smoothing, quick, lost_below, found_above, \
+    learn_from, background_from, keep_cloud
         As for `AffineFilter`.
 
     References
@@ -77,15 +80,15 @@ class DynamicSwarmParticle(AffineFilter):
 
     def _sample(self) -> Swarm:
         """Sample the particles, shift them by the velocity, eqs. 2 to 4, and step."""
-        swarm = self._sample_first() if self._velocity is None else self._shifted()
+        velocity = self._velocity.leading
+        swarm = self._sample_first() if velocity is None else self._shifted(velocity)
         self._refine(swarm)
         return swarm
 
-    def _shifted(self) -> Swarm:
+    def _shifted(self, velocity: NDArray[np.float64]) -> Swarm:
         """Return the better of both states of each particle, shifted or not."""
-        assert self._velocity is not None
         noise = exp(self._noise(self.particles, self.position_noise))
-        shift = exp(self.alpha * self._velocity)
+        shift = exp(self.alpha * velocity)
         self._predicted = compose(self._state, shift)
         shifted = self._bounded(compose(self._predicted, noise))
         swarm = Swarm.start(shifted, self._confidences(shifted))

@@ -53,7 +53,7 @@ class Gdpf(AffineFilter):
     particles, position_noise, first_position_noise, scale_noise, least_noise, \
     appearance, weights, hidden, structure, balance, first_share, template_gain, \
     colour_gain, background_gain, size_prior, aspect_prior, motion_prior, trust_none, \
-    trust_all, size_gain, smoothing, lost_below, found_above, learn_from, \
+    trust_all, size_gain, smoothing, quick, lost_below, found_above, learn_from, \
     background_from, keep_cloud
         As for `AffineFilter`.
 
@@ -99,14 +99,15 @@ class Gdpf(AffineFilter):
 
     def _sample(self) -> Swarm:
         """Resample the particles, move them by the transition, and measure them."""
-        if self._cloud is None or self._velocity is None:
+        velocity = self._velocity.leading
+        if self._cloud is None or velocity is None:
             return self._sample_first()
         weights = self._cloud.weights(self.mean_width)
         states = self._cloud.states[systematic(weights, self._rng)]
         alpha = self._alpha()
-        self._predicted = compose(self._state, exp(alpha * self._velocity))
+        self._predicted = compose(self._state, exp(alpha * velocity))
         noise = self._noise(self.particles, self.position_noise)
-        moved = autoregressive(states, self._velocity, alpha, noise)
+        moved = autoregressive(states, velocity, alpha, noise)
         states = self._bounded(moved)
         return Swarm.start(states, self._confidences(states))
 

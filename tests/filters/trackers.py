@@ -87,5 +87,6 @@ MENDS: Final = (
     Mend("distrusts a weak best state", "dsp", "@trust_none=0@trust_all=0"),
     Mend("searches widely once lost", "dsp", "@lost_below=0"),
     Mend("smooth velocity", "dsp", "@smoothing=1"),
+    Mend("last displacement where it predicts better", "dsp", "@quick=false"),
     Mend("dense middle of the cloud", "dsp", "@least_noise=1"),
 )

@@ -91,6 +91,15 @@ def test_car_that_jumps_two_boxes_is_found_only_by_the_search() -> None:
     assert found[1] > 0.6
 
 
+def test_car_that_swings_is_followed_only_with_the_quick_velocity() -> None:
+    """It moves by up to 1.5 of its box a frame, and turns round every 9 frames."""
+    swing = 110.0 * np.sin(np.arange(64) / 3.0)
+    centres = np.column_stack([235.0 + swing, 140.0 + 0.2 * swing])
+    clip = render_clip(centres, np.full(64, 24.0))
+    followed = [overlaps(clip, quick=quick) for quick in (False, True)]
+    assert followed[0] + 0.15 < followed[1] > 0.6
+
+
 def test_hidden_car_is_expected_where_its_velocity_takes_it() -> None:
     pole = ((220.0, 70.0),)  # wider than the car: nothing of it is seen for 6 frames
     centres = straight(60, (60, 150), (4.0, 0.3))

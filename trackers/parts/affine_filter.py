@@ -14,6 +14,7 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.affine_group import compose, exp, log_between
 from simbench.trackers.parts.affine_patches import side_limits, state_of
+from simbench.trackers.parts.best_velocity import BestVelocity
 from simbench.trackers.parts.dead_reckoning import DeadReckoning
 from simbench.trackers.parts.first_appearance import (
     first_appearance,
@@ -26,11 +27,9 @@ from simbench.trackers.parts.transitions import graded_noise
 
 __all__ = ["PAPER", "AffineFilter"]
 
-GROWTH_GAIN = 0.05  # weight of the newest change of size in the velocity
 LEARN_EVERY = 3  # frames of sufficient confidence
 ASPECT_NOISE, ROTATION_NOISE, SHEAR_NOISE = 0.01, 0.01, 0.005  # E2, E3, E4
 SIZE_GAIN = 0.1  # weight of the newest size in the size expected
-COAST_DECAY = 0.97  # of the velocity, by frame in which nothing is measured
 
 PAPER = {
     "appearance": "encoder",
@@ -42,6 +41,7 @@ PAPER = {
     "trust_all": 0.0,
     "size_gain": 1.0,
     "smoothing": 1.0,
+    "quick": False,
     "lost_below": 0.0,
     "learn_from": 0.7,
 }
@@ -92,6 +92,9 @@ class AffineFilter(ABC):
         Share of a measured change of size that is accepted.
     smoothing : float, in (0, 1]
         Weight of the last displacement in the velocity; 1 is eq. 2 of the paper.
+    quick : bool
+        Whether the last displacement is the velocity where it predicts better, see
+        `BestVelocity`.
     lost_below : float, in [0, 1]
         Share of the usual confidence below which the target is lost: nothing is learnt
         then, and 4 N particles search around the place of its `DeadReckoning`, more
@@ -115,7 +118,7 @@ class AffineFilter(ABC):
     position_noise: float = 0.3
     first_position_noise: float = 1.2
     scale_noise: float = 0.05
-    least_noise: float = 0.15
+    least_noise: float = 0.4
     appearance: str = "templates"
     weights: str = ""
     hidden: int = 200
@@ -133,6 +136,7 @@ class AffineFilter(ABC):
     trust_all: float = 0.6
     size_gain: float = 0.5
     smoothing: float = 0.15
+    quick: bool = True
     lost_below: float = 0.75
     found_above: float = 0.55
     learn_from: float = 0.55
@@ -154,7 +158,7 @@ class AffineFilter(ABC):
         self._predicted = self._state
         self._sides_low, self._sides_high = side_limits(self._state)
         self._expected = np.log(sides_of(self._state))
-        self._velocity: NDArray[np.float64] | None = None  # unknown in the first frame
+        self._velocity = BestVelocity(smoothing=self.smoothing, is_quick=self.quick)
         self._rng = rng
         self._confident_frames = 0
         self._reckoned = DeadReckoning(self._state)
@@ -241,24 +245,20 @@ class AffineFilter(ABC):
         """Set the estimate; update and return the velocity, eq. 1."""
         state = swarm.mean(self.mean_width) if self.mean_width > 0.0 else swarm.best
         trust = self._trust(swarm.best_confidence)
-        if self._velocity is None:
-            kept = np.array([0.0, 0.0, 0.0, 0.0, trust, trust])
-            self._velocity = self._displacement(state) * kept
+        velocity = self._velocity
+        if velocity.leading is None:
+            leading = velocity.start(self._displacement(state), trust)
         else:
             step = log_between(self._predicted[None], state[None])[0]
             step[:4] *= self.size_gain
             state = compose(self._predicted, exp(trust * step))
-            gains = np.array([GROWTH_GAIN, 0.0, 0.0, 0.0, *[self.smoothing] * 2])
-            moved = self._displacement(state)
-            self._velocity = self._velocity + gains * (moved - self._velocity)
+            leading = velocity.follow(self._displacement(state), trust)
             if is_found and self._reckoned.velocity is not None:
-                self._velocity = self._reckoned.velocity
-            if trust == 0.0:
-                self._velocity = COAST_DECAY * self._velocity
+                leading = velocity.restart(self._reckoned.velocity)
         self._state = self._bounded(state[None])[0]
         size = np.log(sides_of(self._state))
         self._expected = self._expected + SIZE_GAIN * (size - self._expected)
-        return self._velocity
+        return leading
 
     def _trust(self, confidence: float) -> float:
         """Return the share of the particles' state in the estimate."""
