@@ -154,7 +154,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser("tests.sim_to_real", description=__doc__)
     add = parser.add_argument
     add("--clips", type=Path, required=True, help="folder of real clips")
-    for name, count in zip(NETWORKS, (5, 3, 3), strict=True):
+    for name, count in zip(NETWORKS, (5, 3, 3, 2), strict=True):
         what = f"training seeds of {name}; default %(default)s"
         add(f"--{name}", type=_seeds, default=f"0:{count}", help=what)
     add("--ablations", type=_seeds, default=(), help="seeds of each; default none")

@@ -20,7 +20,7 @@ from simbench.trackers.parts.weights_file import card_path
 __all__ = ["ABLATIONS", "NETWORKS", "WHOLE", "Network", "write_recipe"]
 
 ROOT: Final = Path(__file__).parents[2]
-NETWORKS: Final = ("siamfc", "siambox", "cfnet")
+NETWORKS: Final = ("siamfc", "siambox", "cfnet", "mdnet")
 """Trackers whose training has the same name."""
 WHOLE: Final = "as shipped"
 

@@ -152,7 +152,7 @@ def test_weights_and_their_card_enter_the_key_of_results(weights: str) -> None:
     assert names == ["w.npz", "w.json"]
 
 
-@pytest.mark.parametrize("name", ["siamfc", "siambox", "cfnet"])
+@pytest.mark.parametrize("name", ["siamfc", "siambox", "cfnet", "mdnet"])
 def test_shipped_weights_are_small_and_described_by_their_card(name: str) -> None:
     package = import_module(f"simbench.trackers.weights.{name}")
     path = Path(package.__path__[0]) / "weights.npz"

@@ -23,8 +23,8 @@ class BoxRegressor:
         These boxes: ``left, top, width, height``.
     target : (4,) float, px
     ridge : float
-        Penalty on the squared weights, in mean squares of a feature's sum over all
-        examples.
+        Penalty on the squared weights, relative to the mean, over features, of their
+        sum of squares over all examples.
 
     References
     ----------

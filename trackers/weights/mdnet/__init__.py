@@ -1,0 +1,1 @@
+"""Weights of the multi-domain network: ``simbench train mdnet``."""
