@@ -136,7 +136,9 @@ class OnlineClassifier:
         """Return factors, 0 or the same above 1, of the hidden values of examples."""
         share = 1.0 - self._settings.dropout
         return [
-            (self._rng.random((count, len(biases)), np.float32) < share)
+            (self._rng.random((count, len(biases)), np.float32) < share).astype(
+                np.float32
+            )
             / np.float32(share)
             for _, biases in self.layers[:-1]
         ]

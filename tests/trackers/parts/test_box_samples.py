@@ -19,7 +19,7 @@ from simbench.trackers.parts.box_samples import (
     whole_picture_boxes,
 )
 
-Values = NDArray[np.floating]
+Boxes = NDArray[np.float64]
 
 TARGET = np.array([100.0, 60.0, 60.0, 20.0])
 EXTENT = (320, 240)
@@ -99,7 +99,7 @@ def test_regression_finds_a_box_that_features_tell(rng: np.random.Generator) -> 
     boxes = regression_boxes(TARGET, 400, 0.6, rng)
     mixing = rng.standard_normal((6, 30))
 
-    def features(boxes: Values, target: Values) -> Values:
+    def features(boxes: Boxes, target: Boxes) -> NDArray[np.float32]:
         places = (centers(target) - centers(boxes)) / boxes[:, 2:]
         sizes = np.log(target[2:] / boxes[:, 2:])
         known = np.concatenate([places, sizes, np.ones((len(boxes), 2))], axis=1)

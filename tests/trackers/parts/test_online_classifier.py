@@ -32,7 +32,7 @@ def layers(rng: np.random.Generator) -> list[tuple[Values, Values]]:
 def loss(
     layers: list[tuple[Values, Values]],
     features: Values,
-    labels: Values,
+    labels: NDArray[np.int64],
     kept: list[Values],
 ) -> float:
     """Return the mean softmax loss by its definition."""
