@@ -16,6 +16,7 @@ from simbench.scenarios.schema.strict_model import StrictModel
 __all__ = [
     "FIRST_TRAINING_SEED",
     "FilmList",
+    "Schedule",
     "TrainingRecipe",
     "read_recipe",
     "shipped_recipe",
@@ -72,6 +73,33 @@ class FilmList(StrictModel):
     def __len__(self) -> int:
         """Return the number of films."""
         return len(self.scenarios) * len(self.seeds) * self.cameras
+
+
+class Schedule(StrictModel):
+    """How long and how fast a network learns.
+
+    Attributes
+    ----------
+    iterations : int
+    rate : float
+        Highest step size of AdamW; it falls along a half cosine.
+    warm_up : int
+        Steps over which the step size rises at first.
+    decay : float
+        Weight decay.
+    bfloat16 : bool
+        Whether layers are computed in 16 bits: faster where the processor has
+        instructions for it (AMX, AVX-512 BF16), slower elsewhere.
+    checkpoint : int
+        Iterations after which the state is written; it decides no result.
+    """
+
+    iterations: int = Field(ge=1, le=10_000_000)
+    rate: float = Field(default=2e-3, gt=0.0, le=1.0)
+    warm_up: int = Field(default=50, ge=1, le=100_000)
+    decay: float = Field(default=1e-3, ge=0.0, le=1.0)
+    bfloat16: bool = False
+    checkpoint: int = Field(default=200, ge=1, le=1_000_000)
 
 
 class TrainingRecipe(StrictModel):

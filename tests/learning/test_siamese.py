@@ -27,9 +27,9 @@ from simbench.learning.siamese.siamese_recipe import (
 from simbench.learning.siamese.train_cfnet import train_cfnet
 from simbench.learning.siamese.train_siambox import train_siambox
 from simbench.learning.siamese.train_siamfc import train_siamfc
-from simbench.learning.siamese.training_loop import learning_rate
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
+from simbench.learning.training_loop import learning_rate
 from simbench.trackers.parts.siamese_box import SiameseBoxNetwork
 from simbench.trackers.parts.siamese_filter import (
     SiameseFilterNetwork,

@@ -6,16 +6,16 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from simbench.learning.recipe import TrainingRecipe
+from simbench.learning.recipe import Schedule, TrainingRecipe
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
     "BoxSettings",
     "CropChoice",
     "LossSettings",
+    "PairSchedule",
     "PairSettings",
     "Photometry",
-    "Schedule",
     "SiamBoxRecipe",
     "SiameseRecipe",
 ]
@@ -139,34 +139,16 @@ class LossSettings(StrictModel):
     negatives: float = Field(default=0.3, ge=0.0, le=10.0)
 
 
-class Schedule(StrictModel):
-    """How long and how fast the network learns.
+class PairSchedule(Schedule):
+    """How long and how fast the network learns from pairs.
 
     Attributes
     ----------
-    iterations : int
     batch : int
         Pairs of a step, each of another vehicle as far as there are enough.
-    rate : float
-        Highest step size of AdamW; it falls along a half cosine.
-    warm_up : int
-        Steps over which the step size rises at first.
-    decay : float
-        Weight decay.
-    bfloat16 : bool
-        Whether layers are computed in 16 bits: faster where the processor has
-        instructions for it (AMX, AVX-512 BF16), slower elsewhere.
-    checkpoint : int
-        Iterations after which the state is written; it decides no result.
     """
 
-    iterations: int = Field(ge=1, le=10_000_000)
     batch: int = Field(default=16, ge=2, le=4096)
-    rate: float = Field(default=2e-3, gt=0.0, le=1.0)
-    warm_up: int = Field(default=50, ge=1, le=100_000)
-    decay: float = Field(default=1e-3, ge=0.0, le=1.0)
-    bfloat16: bool = False
-    checkpoint: int = Field(default=200, ge=1, le=1_000_000)
 
 
 class SiameseRecipe(TrainingRecipe):
@@ -181,7 +163,7 @@ class SiameseRecipe(TrainingRecipe):
     channels : tuple of 5 int
         Of the layers.
     loss : LossSettings
-    schedule : Schedule
+    schedule : PairSchedule
     """
 
     crops: CropChoice = CropChoice()
@@ -191,7 +173,7 @@ class SiameseRecipe(TrainingRecipe):
         default=(32, 64, 96, 96, 64), min_length=5, max_length=5
     )
     loss: LossSettings = LossSettings()
-    schedule: Schedule
+    schedule: PairSchedule
 
 
 class BoxSettings(StrictModel):
