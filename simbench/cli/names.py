@@ -66,7 +66,7 @@ RULES: Final = ("simbench", "otb", "got10k", "vot", "lasot")
 """As `simbench.evaluation.measures.rules.RULES`."""
 PROTOCOLS: Final = ("ope", "tre", "sre", "restart", "multistart")
 """As `simbench.evaluation.protocols.starts.PROTOCOLS`."""
-TRAININGS: Final = ("encoder", "nbrf", "siamfc", "siambox", "cfnet")
+TRAININGS: Final = ("encoder", "nbrf", "siamfc", "siambox", "cfnet", "mdnet")
 """As `simbench.learning.training.TRAININGS`."""
 
 _YAML: Final = (".yaml", ".yml")

@@ -24,6 +24,7 @@ TRAININGS: Final = {
     "siamfc": "simbench.learning.siamese.train_siamfc",
     "siambox": "simbench.learning.siamese.train_siambox",
     "cfnet": "simbench.learning.siamese.train_cfnet",
+    "mdnet": "simbench.learning.multi_domain.train_mdnet",
 }
 """Modules of the trainings by name; each has a `Training` named ``TRAINING``."""
 

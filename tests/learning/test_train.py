@@ -33,7 +33,8 @@ def test_unknown_network_is_refused_with_the_nearest_name(
     assert execute(["train", "encode"]) == 2
     error = capsys.readouterr().err
     assert (
-        "NAME: expected encoder, nbrf, siamfc, siambox or cfnet, got 'encode'" in error
+        "NAME: expected encoder, nbrf, siamfc, siambox, cfnet or mdnet, got 'encode'"
+        in error
     )
 
 

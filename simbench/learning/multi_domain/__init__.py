@@ -1,0 +1,1 @@
+"""Networks trained on many domains at once, each with a branch of its own."""
