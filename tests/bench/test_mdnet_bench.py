@@ -14,10 +14,10 @@ from tests.trackers.clips import Clip
 
 pytestmark = pytest.mark.bench
 
-RATIO = 0.08
+RATIO = 0.05  # 0.06 to 0.09 measured: 400 patches a frame in place of three crops
 
 
-def test_mdnet_is_a_twelfth_as_fast_as_siamfc_on_a_clip_both_hold(
+def test_mdnet_is_a_twentieth_as_fast_as_siamfc_on_a_clip_both_hold(
     clip: Clip, benchmark: BenchmarkFixture
 ) -> None:
     short = Clip(clip.frames[:24], clip.boxes[:24])
