@@ -16,7 +16,7 @@ from simbench.scenarios.files.loading import load_recipe
 pytestmark = [pytest.mark.bench, pytest.mark.gl, pytest.mark.sumo]
 
 _SEQUENCES = 8
-_FRAMES = 30
+_FRAMES = 60
 _ROUNDS = 2
 
 
