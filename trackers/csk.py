@@ -13,6 +13,7 @@ from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.kernel_filter import KernelFilter
+from simbench.trackers.parts.parameter_checks import check_positive
 from simbench.trackers.parts.search_window import (
     SearchWindow,
     gaussian_label,
@@ -70,9 +71,7 @@ class Csk:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("label_deviation", "kernel_deviation", "ridge", "least"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "label_deviation", "kernel_deviation", "ridge", "least")
         if not self.most >= self.least:
             raise TrackerError(f"most must be at least {self.least}, got {self.most}")
 

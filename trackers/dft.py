@@ -12,6 +12,7 @@ from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.distribution_field import descend, distribution_field
+from simbench.trackers.parts.parameter_checks import check_positive
 from simbench.trackers.parts.search_window import SearchWindow
 
 __all__ = ["Dft"]
@@ -58,9 +59,7 @@ class Dft:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        for name in ("coarse", "fine", "least"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "coarse", "fine", "least")
         if self.reach < 1:
             raise TrackerError(f"reach must be at least 1, got {self.reach}")
         if not self.most >= self.least:

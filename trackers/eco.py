@@ -24,6 +24,7 @@ from simbench.trackers.parts.fourier_series import FourierSeries
 from simbench.trackers.parts.parameter_checks import (
     check_choice,
     check_counts,
+    check_positive,
     check_shares,
 )
 from simbench.trackers.parts.sample_space import SampleSpace
@@ -139,9 +140,7 @@ class Eco:
             "first_iterations",
         )
         check_shares(self, "rate", "forgetting")
-        for name in ("edge", "label_deviation"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "edge", "label_deviation")
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
         self._maps = FeatureMaps(_network(self.weights), self._names)

@@ -13,6 +13,7 @@ from simbench.core.errors import TrackerError
 from simbench.core.frame import Frame
 from simbench.trackers.parts.affine_filter import PAPER, AffineFilter
 from simbench.trackers.parts.affine_group import compose, exp
+from simbench.trackers.parts.parameter_checks import check_positive
 from simbench.trackers.parts.resampling import systematic
 from simbench.trackers.parts.swarm import Swarm
 from simbench.trackers.parts.transitions import GrowingAlpha, autoregressive
@@ -87,9 +88,7 @@ class Gdpf(AffineFilter):
                 "transition must be brownian, constant or growing, got "
                 f"{self.transition}"
             )
-        for name in ("alpha_step", "mean_width"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "alpha_step", "mean_width")
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
         """Initialise on a frame in which ``box`` (px) bounds the target."""

@@ -14,6 +14,7 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.fhog import fhog
 from simbench.trackers.parts.kernel_filter import KernelFilter
+from simbench.trackers.parts.parameter_checks import check_positive
 from simbench.trackers.parts.search_window import (
     SearchWindow,
     gaussian_label,
@@ -100,9 +101,7 @@ class Kcf:
             raise TrackerError(f"scales must be odd and above 0, got {self.scales}")
         if self.cell < 1:
             raise TrackerError(f"cell must be at least 1, got {self.cell}")
-        for name in ("label_deviation", "kernel_deviation", "ridge", "least"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "label_deviation", "kernel_deviation", "ridge", "least")
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
         if not self.most >= self.least:

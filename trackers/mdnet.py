@@ -22,10 +22,15 @@ from simbench.trackers.parts.box_samples import (
     candidate_boxes,
     centered_inside,
     regression_boxes,
+    resized,
     whole_picture_boxes,
 )
 from simbench.trackers.parts.online_classifier import LearningSettings, OnlineClassifier
-from simbench.trackers.parts.parameter_checks import check_counts, check_shares
+from simbench.trackers.parts.parameter_checks import (
+    check_counts,
+    check_positive,
+    check_shares,
+)
 from simbench.trackers.parts.patch_network import PatchNetwork
 from simbench.trackers.parts.square_crops import GROWTH_RANGE, MIN_SIDE_PX
 from simbench.trackers.parts.weights_file import (
@@ -147,9 +152,7 @@ class MdNet:
             "tried",
         )
         check_shares(self, "dropout")
-        for name in ("spread", "scale_spread", "rate", "update_factor", "ridge"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "spread", "scale_spread", "rate", "update_factor", "ridge")
         if self.dropout == 1.0:
             raise TrackerError("dropout must be below 1, got 1.0")
         if self.regressed < 0:
@@ -207,9 +210,7 @@ class MdNet:
             self._box, self.candidates, spread, self.scale_spread, self._rng
         )
         low, high = (self._first_size * each for each in GROWTH_RANGE)
-        sizes = np.clip(boxes[:, 2:], low, high)
-        boxes[:, :2] += (boxes[:, 2:] - sizes) / 2.0
-        boxes[:, 2:] = sizes
+        boxes = resized(boxes, np.clip(boxes[:, 2:], low, high))
         return centered_inside(boxes, self._extent)
 
     def _features(

@@ -165,7 +165,7 @@ def run_experiment(
             request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
         )
         if renders:
-            generation_code()
+            generation_code()  # kept for the plan, while the renderer is found out
         renderer = opengl.result()
     with folder.locked():
         experiment = folder.joined(request, replace=replace)

@@ -19,6 +19,7 @@ __all__ = [
     "FIRST_TRAINING_SEED",
     "FilmList",
     "Schedule",
+    "ScheduledRecipe",
     "TrainingRecipe",
     "read_recipe",
     "shipped_recipe",
@@ -148,13 +149,25 @@ class TrainingRecipe(StrictModel):
         SimbenchError
             If it does not learn in steps.
         """
-        schedule = getattr(self, "schedule", None)
-        if schedule is None:
-            raise SimbenchError(
-                "--iterations: this network is not trained in iterations; its recipe "
-                f"has {', '.join(type(self).model_fields)}"
-            )
-        fewer = schedule.model_copy(update={"iterations": iterations})
+        raise SimbenchError(
+            "--iterations: this network is not trained in iterations; its recipe "
+            f"has {', '.join(type(self).model_fields)}"
+        )
+
+
+class ScheduledRecipe(TrainingRecipe):
+    """What the recipe of a network has that learns in the steps of a schedule.
+
+    Attributes
+    ----------
+    schedule : Schedule
+    """
+
+    schedule: Schedule
+
+    def with_iterations(self, iterations: int) -> Self:
+        """Return a recipe that learns in so many steps."""
+        fewer = self.schedule.model_copy(update={"iterations": iterations})
         return self.model_copy(update={"schedule": fewer})
 
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from simbench.evaluation.scores import Scores
 from simbench.report.text import anchor, scenario_name
@@ -32,8 +33,8 @@ class ReportSection:
         Labels, in the order of the report.
     seeds : tuple of (int or None)
         In order of appearance; None for recorded data.
-    tracks : mapping of (seed, tracker) to DataFrame
-        The frames of the first repetition of a tracker on a seed.
+    places : mapping from (seed, tracker) to (N,) int
+        Rows of ``frames``: of the first repetition of a tracker on a seed.
     """
 
     scenario: str
@@ -44,7 +45,7 @@ class ReportSection:
     frames: pd.DataFrame = field(repr=False)
     trackers: tuple[str, ...]
     seeds: tuple[int | None, ...]
-    tracks: Mapping[tuple[int | None, str], pd.DataFrame] = field(repr=False)
+    places: Mapping[tuple[int | None, str], NDArray[np.intp]] = field(repr=False)
 
     @property
     def anchor(self) -> str:
@@ -66,9 +67,9 @@ class ReportSection:
     def of_seed(self, seed: int | None) -> dict[str, pd.DataFrame]:
         """Return the frames of the first repetition on a seed, by tracker."""
         return {
-            tracker: self.tracks[seed, tracker]
+            tracker: self.frames.iloc[self.places[seed, tracker]]
             for tracker in self.trackers
-            if (seed, tracker) in self.tracks
+            if (seed, tracker) in self.places
         }
 
 
@@ -107,7 +108,7 @@ def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
                     None if pd.isna(seed) else int(seed)
                     for seed in runs["seed"].drop_duplicates()
                 ),
-                tracks=_first_repetitions(own),
+                places=_first_repetitions(own),
             )
         )
     return sections
@@ -115,7 +116,7 @@ def split_scores(scores: Scores, run: Mapping[str, Any]) -> list[ReportSection]:
 
 def _first_repetitions(
     frames: pd.DataFrame,
-) -> dict[tuple[int | None, str], pd.DataFrame]:
+) -> dict[tuple[int | None, str], NDArray[np.intp]]:
     keys = {
         "seed": frames["seed"].fillna(_NO_SEED).to_numpy(np.int64),
         "tracker": frames["tracker"].to_numpy(object),
@@ -123,11 +124,10 @@ def _first_repetitions(
     }
     # Any: to pandas, a key is no tuple
     places_of: Any = pd.DataFrame(keys).groupby([*keys], sort=True).indices
-    found: dict[tuple[int | None, str], pd.DataFrame] = {}
+    found: dict[tuple[int | None, str], NDArray[np.intp]] = {}
     for (number, tracker, _), places in places_of.items():
         seed = None if number == _NO_SEED else int(number)
-        if (seed, tracker) not in found:  # the lowest comes first
-            found[seed, tracker] = frames.iloc[places]
+        found.setdefault((seed, tracker), places)  # the lowest comes first
     return found
 
 

@@ -43,7 +43,7 @@ KINDS = {
 _LIMIT_S = 10.0  # of processor time
 _WAIT_S = 60.0  # of wall time, on a machine that may be busy
 _LIMIT_BYTES = 10**9
-_KILLS = 3  # of one command, which then ends
+_KILLS_EACH = 3  # of one command, which then ends
 _SLOW_TO_KILL = {"generate-lease"}  # waits two minutes for a lock of a dead process
 
 
@@ -87,9 +87,9 @@ Try = Callable[[], tuple[bool, str]]
 
 def _kills(folder: Path, kills: int) -> Iterator[Try]:
     names = [name for name in KILL_COMMANDS if name not in _SLOW_TO_KILL]
-    for number in range(math.ceil(kills / _KILLS)):
+    for number in range(math.ceil(kills / _KILLS_EACH)):
         name = names[number % len(names)]
-        yield lambda name=name, n=number: try_kills(name, n, folder, _KILLS)  # type: ignore[misc]
+        yield lambda name=name, n=number: try_kills(name, n, folder, _KILLS_EACH)  # type: ignore[misc]
 
 
 def _places(folder: Path, kills: int) -> Iterator[Try]:

@@ -149,14 +149,29 @@ def ratio_to_kcf(make: Callable[[], Tracker], clip: Clip, least_held: float) -> 
 
     KCF must hold the clip, and the tracker more than the share ``least_held`` of it.
     """
+    return ratio_to(lambda: OpenCvTracker("KCF"), make, clip, least_held, rounds=5)
+
+
+def ratio_to(
+    make_peer: Callable[[], Tracker],
+    make: Callable[[], Tracker],
+    clip: Clip,
+    least_held: float,
+    *,
+    rounds: int,
+) -> float:
+    """Return how many times as fast as a peer a tracker is on a clip: the median.
+
+    The peer must hold the clip, and the tracker more than the share ``least_held``.
+    """
     ratios = []
     hold(make(), clip)  # compiled before it is timed
-    for _ in range(5):  # in turn: both see the same load
-        kcf, kcf_held = hold(OpenCvTracker("KCF"), clip)
+    for _ in range(rounds):  # in turn: both see the same load
+        peer, peer_held = hold(make_peer(), clip)
         ours, ours_held = hold(make(), clip)
-        assert kcf_held > 0.9  # a lost KCF returns early and looks fast
+        assert peer_held > 0.9  # a lost KCF returns early and looks fast
         assert ours_held > least_held
-        ratios.append(kcf / ours)
+        ratios.append(peer / ours)
     return float(np.median(ratios))
 
 

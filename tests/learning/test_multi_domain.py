@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,10 @@ from simbench.trackers.parts.box_patches import box_patches
 from simbench.trackers.parts.box_samples import boxes_off, boxes_on
 from simbench.trackers.parts.online_classifier import LearningSettings, OnlineClassifier
 from simbench.trackers.parts.patch_network import PatchNetwork
-from simbench.trackers.parts.weights_file import pack_weights
-from tests.learning.test_siamese import marked_crops, silent
+from tests.learning.test_siamese import (
+    marked_crops,
+    require_equal_after_interrupt,
+)
 
 HAS_TORCH = importlib.util.find_spec("torch") is not None
 needs_torch = pytest.mark.skipif(not HAS_TORCH, reason="needs PyTorch, extra train")
@@ -89,30 +92,10 @@ def test_fewer_tried_than_learnt_from_is_one_line(tmp_path: Path) -> None:
     assert len(caught.value.lines) == 1
 
 
-class _Interrupt(Exception):
-    """What ends a training from outside, such as an interrupt."""
-
-
 @pytest.mark.train
 @needs_torch
 def test_training_goes_on_from_a_checkpoint_to_the_same_bytes(tmp_path: Path) -> None:
-    for name in ("whole", "cut"):
-        (tmp_path / name).mkdir()
-
-    def interrupt(done: float, total: float, what: str) -> None:
-        if done == 10:
-            raise _Interrupt
-
-    whole = train_mdnet(TINY, marked_crops(tmp_path / "whole"), 3, silent)
-    crops = marked_crops(tmp_path / "cut")
-    with pytest.raises(_Interrupt):
-        train_mdnet(TINY, crops, 3, interrupt)
-    assert len(list((tmp_path / "cut").iterdir())) == 1  # the checkpoint
-    continued = train_mdnet(TINY, crops, 3, silent)
-    assert pack_weights(continued) == pack_weights(whole)
-    assert not list((tmp_path / "cut").iterdir())
-    other = train_mdnet(TINY, crops, 4, silent)
-    assert pack_weights(other) != pack_weights(whole)
+    require_equal_after_interrupt(partial(train_mdnet, TINY), tmp_path)
 
 
 @pytest.mark.train

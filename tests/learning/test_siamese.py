@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +32,7 @@ from simbench.learning.siamese.train_siamfc import train_siamfc
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
 from simbench.learning.training_loop import learning_rate
+from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.siamese_box import SiameseBoxNetwork
 from simbench.trackers.parts.siamese_filter import (
     SiameseFilterNetwork,
@@ -253,28 +256,39 @@ class _Interrupt(Exception):
     """What ends a training from outside, such as an interrupt."""
 
 
-@pytest.mark.train
-@needs_torch
-def test_training_goes_on_from_a_checkpoint_to_the_same_bytes(tmp_path: Path) -> None:
+def require_equal_after_interrupt(
+    train: Callable[[VehicleCrops, int, Progress], Arrays], folder: Path
+) -> None:
+    """Interrupt a training after 10 iterations: it goes on, to the same bytes.
+
+    ``train`` takes crops, a seed and what shows progress, and writes a checkpoint at
+    least every 10 iterations.
+    """
     for name in ("whole", "cut"):
-        (tmp_path / name).mkdir()
+        (folder / name).mkdir()
 
     def interrupt(done: float, total: float, what: str) -> None:
         if done == 10:
             raise _Interrupt
 
-    whole = train_siamfc(TINY, marked_crops(tmp_path / "whole"), 3, silent)
-    crops = marked_crops(tmp_path / "cut")
+    whole = train(marked_crops(folder / "whole"), 3, silent)
+    crops = marked_crops(folder / "cut")
     with pytest.raises(_Interrupt):
-        train_siamfc(TINY, crops, 3, interrupt)
-    assert len(list((tmp_path / "cut").iterdir())) == 1  # the checkpoint
+        train(crops, 3, interrupt)
+    assert len(list((folder / "cut").iterdir())) == 1  # the checkpoint
     started: list[float] = []
-    continued = train_siamfc(TINY, crops, 3, lambda done, *_: started.append(done))
+    continued = train(crops, 3, lambda done, *_: started.append(done))
     assert started == [10]  # not 0
     assert pack_weights(continued) == pack_weights(whole)
-    assert not list((tmp_path / "cut").iterdir())
-    other = train_siamfc(TINY, crops, 4, silent)
+    assert not list((folder / "cut").iterdir())
+    other = train(crops, 4, silent)
     assert pack_weights(other) != pack_weights(whole)
+
+
+@pytest.mark.train
+@needs_torch
+def test_training_goes_on_from_a_checkpoint_to_the_same_bytes(tmp_path: Path) -> None:
+    require_equal_after_interrupt(partial(train_siamfc, TINY), tmp_path)
 
 
 @pytest.mark.train

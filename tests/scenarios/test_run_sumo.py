@@ -14,23 +14,11 @@ from simbench.runtime.pool import Job, JobEvent, ReportProgress
 from simbench.runtime.run_jobs import run_all
 from simbench.runtime.worker import is_worker
 from simbench.scenarios.run_sumo import raise_if_failed, run_sumo
-from tests.scenarios.network.test_network import CROSSING
+from tests.scenarios.network.test_network import crossing_request
 
 pytestmark = pytest.mark.sumo
 
 _MODULE = "simbench.scenarios.network.sumo_process"
-
-
-def _request(**changes: Any) -> dict[str, Any]:
-    files = {"net-file": "crossing.net.xml", "route-files": "crossing.rou.xml"}
-    return {
-        "folder": str(CROSSING),
-        "options": files,
-        "seed": 1,
-        "duration_s": 20.0,
-        "lane_change_s": 5.0,
-        **changes,
-    }
 
 
 def run_twice(
@@ -55,8 +43,8 @@ def test_forked_and_started_anew_sumo_records_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert not is_worker()
-    expected = run_sumo(_MODULE, _request())
-    event = _in_worker(_request(), monkeypatch)
+    expected = run_sumo(_MODULE, crossing_request(duration_s=20.0))
+    event = _in_worker(crossing_request(duration_s=20.0), monkeypatch)
     assert event.kind == "done", event.value
     for found in event.value:
         assert found.keys() == expected.keys()
@@ -67,7 +55,7 @@ def test_forked_and_started_anew_sumo_records_the_same(
 def test_sumos_own_message_reaches_the_user_from_either_process(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    broken = _request(options={"net-file": "missing.net.xml"})
+    broken = crossing_request(options={"net-file": "missing.net.xml"})
     with pytest.raises(TrafficError, match=r"SUMO refused: .*missing\.net\.xml"):
         run_sumo(_MODULE, broken)
     event = _in_worker(broken, monkeypatch)
@@ -81,7 +69,7 @@ def test_sumo_that_crashes_fails_its_scenario_and_leaves_the_worker(
 ) -> None:
     # a network without its version attribute makes SUMO's loader crash
     (tmp_path / "bad.net.xml").write_text("<net></net>")
-    bad = _request(folder=str(tmp_path), options={"net-file": "bad.net.xml"})
+    bad = crossing_request(folder=str(tmp_path), options={"net-file": "bad.net.xml"})
     with pytest.raises(TrafficError, match=r"SUMO (crashed|refused)"):
         run_sumo(_MODULE, bad)
     event = _in_worker(bad, monkeypatch)

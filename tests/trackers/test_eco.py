@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-from threadpoolctl import threadpool_limits
 
 from simbench.core.box import Box, centers
 from simbench.core.errors import TrackerError
@@ -22,13 +20,6 @@ from tests.trackers.clips import (
     success,
 )
 from tests.trackers.test_siamfc import random_weights, write
-
-
-@pytest.fixture(autouse=True)
-def one_thread() -> Iterator[None]:
-    """Run as the benchmark does: more threads than cores would wait for each other."""
-    with threadpool_limits(limits=1):
-        yield
 
 
 @pytest.fixture(scope="module")

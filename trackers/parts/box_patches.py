@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.trackers.parts.square_crops import sampled_squares
+
 __all__ = ["BOX_SAMPLES", "PATCH_SAMPLES", "box_patches"]
 
 PATCH_SAMPLES: Final = 64
@@ -62,17 +64,4 @@ def box_patches(
     scales = steps / factors
     firsts = (boxes[:, :2] + (0.5 - _MARGIN) * steps - start) / factors - 0.5
     fill = cv2.mean(image)[:3]
-    patches = np.empty((len(boxes), PATCH_SAMPLES, PATCH_SAMPLES, 3), np.uint8)
-    matrix = np.zeros((2, 3))
-    for patch, scale, first in zip(patches, scales, firsts, strict=True):
-        matrix[0, 0], matrix[1, 1], matrix[:, 2] = scale[0], scale[1], first
-        cv2.warpAffine(
-            part,
-            matrix,
-            (PATCH_SAMPLES, PATCH_SAMPLES),
-            dst=patch,
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_CONSTANT,
-            borderValue=fill,
-        )
-    return patches
+    return sampled_squares(part, scales, firsts, PATCH_SAMPLES, fill)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.core.box import centers
+
 __all__ = ["BoxRegressor"]
 
 Boxes = NDArray[np.float64]
@@ -41,7 +43,7 @@ class BoxRegressor:
         target: Boxes,
         ridge: float,
     ) -> None:
-        places = (_centers(target[None]) - _centers(boxes)) / boxes[:, 2:]
+        places = (centers(target[None]) - centers(boxes)) / boxes[:, 2:]
         sizes = np.log(target[2:] / boxes[:, 2:])
         changes = np.concatenate([places, sizes], axis=1)
         self._mean_features = features.mean(axis=0, dtype=np.float64)
@@ -58,10 +60,6 @@ class BoxRegressor:
         """Return where the target's box is, given the features of boxes, (N, 4) px."""
         changes = (features - self._mean_features) @ self._weights
         changes = np.clip(changes + self._mean_changes, -_MOST, _MOST)
-        centers = _centers(boxes) + changes[:, :2] * boxes[:, 2:]
+        places = centers(boxes) + changes[:, :2] * boxes[:, 2:]
         sizes = boxes[:, 2:] * np.exp(changes[:, 2:])
-        return np.concatenate([centers - sizes / 2.0, sizes], axis=1)
-
-
-def _centers(boxes: Boxes) -> Boxes:
-    return np.asarray(boxes[:, :2] + boxes[:, 2:] / 2.0)
+        return np.concatenate([places - sizes / 2.0, sizes], axis=1)

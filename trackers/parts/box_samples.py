@@ -7,13 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.core.box import overlap
+from simbench.core.box import centers, overlap
 
 __all__ = [
     "boxes_off",
     "boxes_on",
     "candidate_boxes",
+    "centered_inside",
     "regression_boxes",
+    "resized",
     "whole_picture_boxes",
 ]
 
@@ -104,8 +106,7 @@ def boxes_off(
         )
         return found if extent is None else centered_inside(found, extent)
 
-    aside = box + np.array([2.0 * box[2], 0.0, 0.0, 0.0])
-    return _kept(sampled, count, lambda each: overlap(each, box) <= most_overlap, aside)
+    return _apart(sampled, count, most_overlap, box)
 
 
 def whole_picture_boxes(
@@ -122,11 +123,10 @@ def whole_picture_boxes(
 
     def sampled(number: int) -> Boxes:
         sizes = box[2:] * _scales(rng.uniform(-_FAR_STEPS, _FAR_STEPS, number))
-        centers = rng.uniform(0.0, 1.0, (number, 2)) * np.array(extent, np.float64)
-        return np.concatenate([centers - sizes / 2.0, sizes], axis=1)
+        places = rng.uniform(0.0, 1.0, (number, 2)) * np.array(extent, np.float64)
+        return np.concatenate([places - sizes / 2.0, sizes], axis=1)
 
-    aside = box + np.array([2.0 * box[2], 0.0, 0.0, 0.0])
-    return _kept(sampled, count, lambda each: overlap(each, box) <= most_overlap, aside)
+    return _apart(sampled, count, most_overlap, box)
 
 
 def regression_boxes(
@@ -146,12 +146,15 @@ def regression_boxes(
             rng.uniform(-steps, steps, number),
         )
         shape = rng.uniform(-aspect, aspect, (number, 1)) * np.array([1.0, -1.0])
-        sizes = found[:, 2:] * np.exp(shape)
-        found[:, :2] += (found[:, 2:] - sizes) / 2.0
-        found[:, 2:] = sizes
-        return found
+        return resized(found, found[:, 2:] * np.exp(shape))
 
     return _kept(sampled, count, lambda each: overlap(each, box) >= least_overlap, box)
+
+
+def resized(boxes: Boxes, sizes: Boxes) -> Boxes:
+    """Return boxes (N, 4) of other sizes (N, 2) around the same centres, px."""
+    corners = boxes[:, :2] + (boxes[:, 2:] - sizes) / 2.0
+    return np.concatenate([corners, sizes], axis=1)
 
 
 def centered_inside(boxes: Boxes, extent: tuple[int, int]) -> Boxes:
@@ -166,13 +169,21 @@ def centered_inside(boxes: Boxes, extent: tuple[int, int]) -> Boxes:
 def _moved(box: Boxes, shifts: Boxes, steps: Boxes) -> Boxes:
     """Return a box moved by shifts (N, 2), in mean sides, and grown by steps (N,)."""
     sizes = box[2:] * _scales(steps)
-    centers = box[:2] + box[2:] / 2.0 + shifts * box[2:].mean()
-    return np.concatenate([centers - sizes / 2.0, sizes], axis=1)
+    places = centers(box) + shifts * box[2:].mean()
+    return np.concatenate([places - sizes / 2.0, sizes], axis=1)
 
 
 def _scales(steps: Boxes) -> Boxes:
     """Return the factors of steps of size, (N,), as a column."""
     return np.asarray(SCALE_STEP ** steps[:, None], np.float64)
+
+
+def _apart(
+    sampled: Callable[[int], Boxes], count: int, most_overlap: float, box: Boxes
+) -> Boxes:
+    """Return boxes that overlap with one by at most a share; else one beside it."""
+    aside = box + np.array([2.0 * box[2], 0.0, 0.0, 0.0])
+    return _kept(sampled, count, lambda each: overlap(each, box) <= most_overlap, aside)
 
 
 def _kept(

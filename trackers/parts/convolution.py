@@ -11,7 +11,13 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-__all__ = ["convolve", "convolve_3x3", "largest_of_3x3", "winograd_weights"]
+__all__ = [
+    "convolve",
+    "convolve_3x3",
+    "kernel_matrix",
+    "largest_of_3x3",
+    "winograd_weights",
+]
 
 Picture = NDArray[np.float32]
 
@@ -48,6 +54,11 @@ def convolve(values: Picture, weights: Picture, size: int, stride: int) -> Pictu
     )
     found: Picture = below.reshape(rows * columns, -1) @ weights
     return found.reshape(rows, columns, -1)
+
+
+def kernel_matrix(weights: Picture) -> Picture:
+    """Return weights, (K, C, k, k), as the matrix (k * k * C, K) of `convolve`."""
+    return np.ascontiguousarray(weights.transpose(2, 3, 1, 0).reshape(-1, len(weights)))
 
 
 def winograd_weights(weights: NDArray[np.floating]) -> Picture:

@@ -21,6 +21,7 @@ from statistics import NormalDist
 import numba
 
 from simbench.core.errors import TrackerError
+from simbench.trackers.parts.parameter_checks import check_positive
 
 __all__ = ["EMPTY", "KldSampling", "claim", "particles_needed"]
 
@@ -55,9 +56,7 @@ class KldSampling:
         """Check the values."""
         if self.least < 1:
             raise TrackerError(f"least_particles must be at least 1, got {self.least}")
-        for name in ("epsilon", "bin_boxes", "bin_growth"):
-            if not (value := getattr(self, name)) > 0.0:
-                raise TrackerError(f"{name} must be above 0, got {value}")
+        check_positive(self, "epsilon", "bin_boxes", "bin_growth")
         if not 0.0 < self.delta < 1.0:
             raise TrackerError(f"delta must be in (0, 1), got {self.delta}")
 

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from simbench.trackers.parts.patch_network import FeatureLayers
 
-__all__ = ["LearningSettings", "OnlineClassifier", "layer_gradients", "log_odds"]
+__all__ = [
+    "LearningSettings",
+    "OnlineClassifier",
+    "hardest",
+    "layer_gradients",
+    "log_odds",
+]
 
 Values = NDArray[np.floating]
 Layers = list[tuple[Values, Values]]

@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from simbench.core.errors import TrackerError
 from simbench.trackers.parts.box_patches import PATCH_SAMPLES
 from simbench.trackers.parts.convolution import (
-    convolve,
     convolve_3x3,
+    kernel_matrix,
     largest_of_3x3,
     winograd_weights,
 )
-from simbench.trackers.parts.siamese_network import LEVEL_MEAN, LEVEL_SPREAD
+from simbench.trackers.parts.siamese_network import (
+    level_weights,
+    pooled_first_layer,
+)
 
 __all__ = ["PATCH_KERNELS", "FeatureLayers", "PatchNetwork"]
 
@@ -58,11 +61,9 @@ class PatchNetwork:
     def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         try:
             own = {name: each.astype(np.float32) for name, each in arrays.items()}
-            first = own["weights_0"] / np.float32(LEVEL_SPREAD)
-            shift = np.float32(LEVEL_MEAN) * first.sum(axis=(1, 2, 3))
-            self._first = _matrix(first), own["biases_0"] - shift
+            self._first = level_weights(own["weights_0"], own["biases_0"])
             self._second = winograd_weights(own["weights_1"]), own["biases_1"]
-            self._third = _matrix(own["weights_2"]), own["biases_2"]
+            self._third = kernel_matrix(own["weights_2"]), own["biases_2"]
             self.fully_connected: FeatureLayers = [
                 (np.ascontiguousarray(own[f"weights_{k}"].T), own[f"biases_{k}"])
                 for k in (3, 4)
@@ -98,17 +99,8 @@ class PatchNetwork:
 
     def _second_layer(self, patch: NDArray[np.uint8]) -> Values:
         """Return the values of the second layer, pooled, (5, 5, C)."""
-        weights, biases = self._first
-        values = convolve(patch.astype(np.float32), weights, PATCH_KERNELS[0], 2)
-        values = largest_of_3x3(values)
-        values += biases  # as if before the maximum, but of fewer values
-        np.maximum(values, 0.0, out=values)
+        values = pooled_first_layer(patch, *self._first)
         return largest_of_3x3(convolve_3x3(values, *self._second, 0.0))
-
-
-def _matrix(weights: Values) -> Values:
-    """Return weights, (K, C, k, k), as a matrix (k * k * C, K) of `convolve`."""
-    return np.ascontiguousarray(weights.transpose(2, 3, 1, 0).reshape(-1, len(weights)))
 
 
 def _below_3x3(values: Values) -> Values:

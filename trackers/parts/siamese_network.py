@@ -13,6 +13,7 @@ from simbench.core.errors import TrackerError
 from simbench.trackers.parts.convolution import (
     convolve,
     convolve_3x3,
+    kernel_matrix,
     largest_of_3x3,
     winograd_weights,
 )
@@ -25,6 +26,8 @@ __all__ = [
     "RESPONSE_SIDE",
     "STRIDE",
     "SiameseNetwork",
+    "level_weights",
+    "pooled_first_layer",
 ]
 
 KERNELS: Final = (7, 3, 3, 3, 3)
@@ -145,11 +148,7 @@ class SiameseNetwork:
 
     def _first_layer(self, crop: NDArray[np.uint8]) -> Picture:
         """Return the values of the first layer, pooled."""
-        weights, biases = self._first
-        values = convolve(crop.astype(np.float32), weights, KERNELS[0], 2)
-        values = largest_of_3x3(values)
-        values += biases  # as if before the maximum, but of fewer values
-        return np.maximum(values, 0.0, out=values)
+        return pooled_first_layer(crop, *self._first)
 
     def _later_layers(self, values: Picture) -> Picture:
         """Return the values of the last layer, given those of the first."""
@@ -170,10 +169,34 @@ def _folded(
         weights = arrays[f"weights_{number}"].astype(np.float32)
         biases = arrays[f"biases_{number}"].astype(np.float32)
         if number == 0:
-            weights = weights / np.float32(LEVEL_SPREAD)
-            biases = biases - np.float32(LEVEL_MEAN) * weights.sum(axis=(1, 2, 3))
-            matrix = weights.transpose(2, 3, 1, 0).reshape(-1, len(weights))
-            layers.append((np.ascontiguousarray(matrix), biases))
+            layers.append(level_weights(weights, biases))
         else:
             layers.append((winograd_weights(weights), biases))
     return layers
+
+
+def level_weights(weights: Picture, biases: Picture) -> tuple[Picture, Picture]:
+    """Return the first layer, (K, C, k, k) and (K,), as it takes grey levels.
+
+    The weights as a matrix of `convolve`.
+    """
+    weights = weights / np.float32(LEVEL_SPREAD)
+    biases = biases - np.float32(LEVEL_MEAN) * weights.sum(axis=(1, 2, 3))
+    return kernel_matrix(weights), biases
+
+
+def pooled_first_layer(
+    crop: NDArray[np.uint8], weights: Picture, biases: Picture
+) -> Picture:
+    """Return the values of the first layer, pooled, after the ReLU.
+
+    Parameters
+    ----------
+    crop : (H, W, 3) uint8, RGB
+    weights, biases : array
+        As of `level_weights`.
+    """
+    values = convolve(crop.astype(np.float32), weights, KERNELS[0], 2)
+    values = largest_of_3x3(values)
+    values += biases  # as if before the maximum, but of fewer values
+    return np.maximum(values, 0.0, out=values)

@@ -17,6 +17,7 @@ __all__ = [
     "SEARCH_SAMPLES",
     "context_side",
     "inside",
+    "sampled_squares",
     "square_crops",
 ]
 
@@ -92,22 +93,54 @@ def square_crops(
     if factor > 1:
         size = (columns // factor, rows // factor)
         part = cv2.resize(part, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
-    crops = np.empty((len(sides), samples, samples, 3), np.uint8)
-    for crop, side in zip(crops, sides, strict=True):
+    scales, firsts = np.empty((2, len(sides), 2))
+    for number, side in enumerate(sides):
         step = side / samples
-        first_x = (x - side / 2.0 + step / 2.0 - left) / factor - 0.5
-        first_y = (y - side / 2.0 + step / 2.0 - top) / factor - 0.5
-        scale = step / factor
+        scales[number] = step / factor
+        firsts[number, 0] = (x - side / 2.0 + step / 2.0 - left) / factor - 0.5
+        firsts[number, 1] = (y - side / 2.0 + step / 2.0 - top) / factor - 0.5
+    return sampled_squares(part, scales, firsts, samples, fill)
+
+
+def sampled_squares(
+    image: NDArray[np.uint8],
+    scales: NDArray[np.float64],
+    firsts: NDArray[np.float64],
+    samples: int,
+    fill: Sequence[float],
+) -> NDArray[np.uint8]:
+    """Return squares of as many rows and columns, sampled along the axes of an image.
+
+    Parameters
+    ----------
+    image : (H, W, 3) uint8
+    scales : (K, 2) float, px
+        From one sample to the next, along x and y.
+    firsts : (K, 2) float, px
+        The first sample, x and y; 0 is the middle of the first pixel.
+    samples : int
+        Rows and columns of each square.
+    fill : (3,) float
+        Colour outside the image.
+
+    Returns
+    -------
+    (K, samples, samples, 3) uint8
+    """
+    squares = np.empty((len(scales), samples, samples, 3), np.uint8)
+    matrix = np.zeros((2, 3))
+    for square, scale, first in zip(squares, scales, firsts, strict=True):
+        matrix[0, 0], matrix[1, 1], matrix[:, 2] = scale[0], scale[1], first
         cv2.warpAffine(
-            part,
-            np.array([[scale, 0.0, first_x], [0.0, scale, first_y]]),
+            image,
+            matrix,
             (samples, samples),
-            dst=crop,
+            dst=square,
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_CONSTANT,
             borderValue=fill,
         )
-    return crops
+    return squares
 
 
 def _span(center: float, reach: float, limit: int, factor: int) -> tuple[int, int]:

@@ -39,7 +39,7 @@ def card_path(path: Path) -> Path:
 def given_files(weights: str) -> tuple[Path, ...]:
     """Return the files that a parameter of weights names: them and their card.
 
-    None where it is empty, which stands for the weights that ship.
+    No files if it is empty: the weights that ship are then used.
     """
     path = Path(weights)
     return (path, card_path(path)) if weights else ()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.learning.siamese.network import trained_layer
 from simbench.learning.training import Arrays
 from simbench.trackers.parts.patch_network import PATCH_KERNELS
 from simbench.trackers.parts.siamese_network import LEVEL_MEAN, LEVEL_SPREAD
@@ -45,7 +46,7 @@ def make_domain_network(
     random, and differ, serve none.
     """
     nn = torch.nn
-    first, second = (_trained_layer(torch, trained, number) for number in (0, 1))
+    first, second = (trained_layer(torch, trained, number) for number in (0, 1))
     third = nn.Conv2d(second.out_channels, channels, PATCH_KERNELS[2])
     nn.init.kaiming_normal_(third.weight, nonlinearity="relu")
     nn.init.zeros_(third.bias)
@@ -67,17 +68,6 @@ def make_domain_network(
         }
     )
     return network.to(memory_format=torch.channels_last)
-
-
-def _trained_layer(torch: Any, trained: Arrays, number: int) -> Any:
-    """Return a trained convolution, which may be trained on."""
-    weights = torch.from_numpy(trained[f"weights_{number}"].astype(np.float32))
-    outputs, inputs = weights.shape[:2]
-    stride = 2 if number == 0 else 1
-    layer = torch.nn.Conv2d(inputs, outputs, PATCH_KERNELS[number], stride=stride)
-    biases = torch.from_numpy(trained[f"biases_{number}"].astype(np.float32))
-    layer.weight.data, layer.bias.data = weights, biases
-    return layer
 
 
 def domain_scores(

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from simbench.learning.recipe import Schedule, TrainingRecipe
+from simbench.learning.recipe import ScheduledRecipe
 from simbench.learning.siamese.siamese_recipe import CropChoice, Photometry
 from simbench.scenarios.schema.strict_model import StrictModel
 
@@ -59,7 +59,7 @@ class DomainSettings(StrictModel):
         return self
 
 
-class MultiDomainRecipe(TrainingRecipe):
+class MultiDomainRecipe(ScheduledRecipe):
     """What a multi-domain network is trained on, and how.
 
     Attributes
@@ -90,4 +90,3 @@ class MultiDomainRecipe(TrainingRecipe):
     dropout: float = Field(default=0.5, ge=0.0, lt=1.0)
     trunk_factor: float = Field(default=0.1, ge=0.0, le=10.0)
     branch_factor: float = Field(default=5.0, gt=0.0, le=100.0)
-    schedule: Schedule

@@ -77,20 +77,34 @@ def fixed_features(torch: Any, arrays: Arrays) -> Any:
     """
     nn = torch.nn
     layers: list[Any] = []
-    for number, size in enumerate(KERNELS):
-        weights = torch.from_numpy(arrays[f"weights_{number}"].astype(np.float32))
-        outputs, inputs = weights.shape[:2]
-        layer = nn.Conv2d(inputs, outputs, size, stride=2 if number == 0 else 1)
-        layer.weight.data = weights
-        biases = arrays[f"biases_{number}"].astype(np.float32)
-        layer.bias.data = torch.from_numpy(biases)
-        layers.append(layer)
+    for number in range(len(KERNELS)):
+        layers.append(trained_layer(torch, arrays, number))
         if number < len(KERNELS) - 1:
             layers.append(nn.ReLU())
         if number == 0:
             layers.append(nn.MaxPool2d(3, 2))
     network = nn.ModuleDict({"features": nn.Sequential(*layers)}).requires_grad_(False)
     return network.to(memory_format=torch.channels_last)
+
+
+def trained_layer(torch: Any, arrays: Arrays, number: int) -> Any:
+    """Return a convolution with the weights of a trained network.
+
+    Parameters
+    ----------
+    torch : module
+    arrays : mapping from str to array
+        As of `folded_arrays`.
+    number : int
+        Of the layer, from 0.
+    """
+    weights = torch.from_numpy(arrays[f"weights_{number}"].astype(np.float32))
+    biases = torch.from_numpy(arrays[f"biases_{number}"].astype(np.float32))
+    outputs, inputs, size, _ = weights.shape
+    stride = 2 if number == 0 else 1
+    layer = torch.nn.Conv2d(inputs, outputs, size, stride=stride)
+    layer.weight.data, layer.bias.data = weights, biases
+    return layer
 
 
 def features(torch: Any, network: Any, pictures: NDArray[np.float32]) -> Any:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from simbench.learning.recipe import Schedule, TrainingRecipe
+from simbench.learning.recipe import Schedule, ScheduledRecipe
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
@@ -151,7 +151,7 @@ class PairSchedule(Schedule):
     batch: int = Field(default=16, ge=2, le=4096)
 
 
-class SiameseRecipe(TrainingRecipe):
+class SiameseRecipe(ScheduledRecipe):
     """What a Siamese network is trained on, and how.
 
     Attributes

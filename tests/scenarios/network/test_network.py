@@ -174,17 +174,22 @@ def test_another_vehicle_that_sumo_calls_target_keeps_its_lane_changes(
     assert [(one.from_lane, one.to_lane) for one in changes] == [(1, 2)]
 
 
-@cache
-def _recording() -> Recording:
-    """Record the crossing once for all rules."""
-    request = {
+def crossing_request(**changes: Any) -> dict[str, Any]:
+    """Return what ``simbench.scenarios.network.sumo_process`` simulates."""
+    return {
         "folder": str(CROSSING),
         "options": {"net-file": "crossing.net.xml", "route-files": "crossing.rou.xml"},
         "seed": 1,
         "duration_s": 60.0,
         "lane_change_s": 5.0,
+        **changes,
     }
-    raw = run_sumo("simbench.scenarios.network.sumo_process", request)
+
+
+@cache
+def _recording() -> Recording:
+    """Record the crossing once for all rules."""
+    raw = run_sumo("simbench.scenarios.network.sumo_process", crossing_request())
     return Recording.from_arrays(raw, read_network(CROSSING / "crossing.net.xml"))
 
 
