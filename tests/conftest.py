@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,6 +18,9 @@ from tests.tiny_sequence import tiny_sequence
 os.environ.setdefault("LP_NUM_THREADS", "0")
 if "PYTEST_XDIST_WORKER" in os.environ:
     threadpool_limits(1)  # threads of BLAS help one process, and hinder several
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # 'nohup make test &'
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # some tests interrupt
 
 # what a test is to show holds on a busy machine too
 settings.register_profile(

@@ -148,7 +148,7 @@ def recipes_from(names: list[str], frames: int | None) -> list[Recipe]:
     return [recipe.shortened(frames) for recipe in recipes]
 
 
-def prepare_workers(jobs: int | None, cluster: str) -> None:
+def prepare_workers(jobs: int | None, cluster: str, *, renders: bool = True) -> None:
     """Let worker processes begin their imports while this process goes on with its own.
 
     Parameters
@@ -157,11 +157,16 @@ def prepare_workers(jobs: int | None, cluster: str) -> None:
         Number of worker processes; 0 for none.
     cluster : str
         Address of a cluster, whose workers are not started here; empty for none.
+    renders : bool
+        Whether the command will have to know which OpenGL renders.
     """
     if jobs != 0 and not cluster:
         from simbench.runtime.forked_process import start_fork_server
+        from simbench.runtime.opengl_renderer import look_for_opengl
 
         start_fork_server()
+        if renders:
+            look_for_opengl()
 
 
 def most_frames(recipe: Recipe) -> int:

@@ -100,7 +100,7 @@ def evaluate(
     if layout:
         require_name("--layout", layout, LAYOUTS)
     first_box = _box_from(box) if box else None
-    prepare_workers(jobs, cluster)
+    prepare_workers(jobs, cluster, renders=False)
 
     from simbench.datasets.formats.readers.annotation import ReadOptions
     from simbench.experiments.clips import find_clips

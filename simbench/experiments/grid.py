@@ -32,8 +32,8 @@ from simbench.experiments.tasks import (
 )
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime.cluster import open_pool
-from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.limits import generation_limit_s
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.runtime.pool import Job, JobEvent
 from simbench.runtime.run_jobs import Progress, run_jobs
 from simbench.scenarios.achieved_dials import max_rendered_frames

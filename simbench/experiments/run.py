@@ -6,7 +6,6 @@ import logging
 import shutil
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,7 +25,7 @@ from simbench.experiments.request import Request
 from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.report import write_report
-from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.opengl_renderer import look_for_opengl, opengl_renderer
 from simbench.runtime.run_jobs import Progress
 from simbench.runtime.versions import host, versions
 
@@ -157,16 +156,16 @@ def run_experiment(
     chosen = find_rules(rules)
     began = time.monotonic()
     is_isolated = jobs > 0 or bool(cluster)
-    with ThreadPoolExecutor(1) as aside:  # takes a second
-        folder.refuse_foreign()  # mistakes are reported before trackers are tried
-        renders = bool(folder.joined(request, replace=replace).scenarios)
-        opengl = aside.submit(opengl_renderer if renders else str)
-        codes = tracker_codes(
-            request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
-        )
-        if renders:
-            generation_code()  # kept for the plan, while the renderer is found out
-        renderer = opengl.result()
+    folder.refuse_foreign()  # mistakes are reported before trackers are tried
+    renders = bool(folder.joined(request, replace=replace).scenarios)
+    if renders:
+        look_for_opengl()
+    codes = tracker_codes(
+        request.trackers, timeout_s=request.timeout_s, isolated=is_isolated
+    )
+    if renders:
+        generation_code()  # kept for the plan, while the renderer is found out
+    renderer = opengl_renderer() if renders else ""
     with folder.locked():
         experiment = folder.joined(request, replace=replace)
         others = [t for t in experiment.trackers if t.label not in codes]

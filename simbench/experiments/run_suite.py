@@ -26,7 +26,7 @@ from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.generation.preview import draw_truth, save_video
 from simbench.runtime.code_digest import digest_of
-from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.runtime.run_jobs import Progress
 from simbench.runtime.scratch import scratch_folder
 from simbench.runtime.versions import versions

@@ -46,7 +46,7 @@ def generate_sequence(
     seed : int
     folder : Path
     renderer : str
-        The OpenGL that must render it, as `simbench.runtime.doctor.opengl_renderer`
+        The OpenGL that must render it, as `simbench.runtime.opengl_renderer`
         names it: frames of two devices are not mixed in one run.
     report : callable
 

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from simbench.core.errors import SimbenchError, one_line
 from simbench.runtime.code_digest import package_digest
-from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.in_process import InProcessPool
 from simbench.runtime.limits import environment
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.runtime.pool import Job, JobEvent, Pool, WorkerPool
 from simbench.runtime.versions import versions
 

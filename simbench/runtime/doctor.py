@@ -8,18 +8,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 from simbench import __version__
-from simbench.runtime.pool import Job
-from simbench.runtime.run_jobs import run_all
 from simbench.runtime.versions import core_count
-from simbench.runtime.worker import ReportProgress
 
-__all__ = ["Diagnosis", "examine", "opengl_renderer"]
+__all__ = ["Diagnosis", "examine"]
 
 _LIBRARIES = "libegl1 libgl1 libgl1-mesa-dri libx11-6 libxext6 libxrender1 libatomic1"
 _APT = f"apt-get install {_LIBRARIES}"
@@ -94,19 +89,6 @@ def examine() -> list[Diagnosis]:
         Diagnosis("cores", "ok", str(core_count())),
         _chromium(shutil.which),
     ]
-
-
-@cache
-def opengl_renderer() -> str:
-    """Return vendor, renderer and version of offscreen OpenGL; empty without one."""
-    job = Job("opengl", "render", _describe_opengl, (), _TIMEOUT_S)
-    event = run_all(lambda _: [job], 1, lambda done, running: None)["opengl"]
-    return str(event.value) if event.kind == "done" else ""
-
-
-def _describe_opengl(report: ReportProgress) -> str:
-    offscreen = import_module("simbench.render.gl.offscreen")  # a later room
-    return " | ".join(offscreen.describe_context().values())
 
 
 def _opengl() -> list[Diagnosis]:

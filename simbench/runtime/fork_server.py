@@ -19,7 +19,6 @@ import struct
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Final, NoReturn
 
@@ -28,17 +27,20 @@ from simbench.runtime.worker import serve
 
 __all__ = ["main"]
 
+_FIRST: Final = "simbench.render.gl.offscreen"
+"""What the first worker of most commands needs, which is asked which OpenGL renders."""
+
 _IMPORTED: Final = (
     "simbench.generation.generate",
     "simbench.scenarios.highway.sumo_process",
     "numba.core.registry",
     "simbench.generation.dataset.make_sequence",
     "simbench.experiments.tasks",
-    "pandas",
+    "pandas",  # PyArrow imports it for the first table that is written
     "simbench.evaluation.score_track",
     "simbench.trackers.condensation",
 )
-"""What most workers need, in the order in which they need it."""
+"""What most workers need. One forked earlier would import the rest once more."""
 
 _NEWS: Final = struct.Struct("!i")
 
@@ -59,15 +61,18 @@ def main(requests: int, lifeline: int) -> NoReturn:
     signal.signal(signal.SIGCHLD, _wake)
     wake, woken = os.pipe2(os.O_NONBLOCK)
     signal.set_wakeup_fd(woken)
-    preparing = _prepare()
-    next(preparing)
     with socket.socket(fileno=requests) as channel:
         running: dict[int, int] = {}
         own = [requests, lifeline, wake, woken]
+        _import(_FIRST)
+        while select.select([requests], [], [], 0.0)[0] and _answer(
+            channel, running, own
+        ):
+            pass
+        for name in _IMPORTED:
+            _import(name)
         while True:
-            watched = [requests, lifeline, wake]
-            waits_s = 0.0 if next(preparing, None) else None
-            ready, _, _ = select.select(watched, [], [], waits_s)
+            ready, _, _ = select.select([requests, lifeline, wake], [], [])
             if lifeline in ready:
                 os._exit(0)  # the kernel ends those that were forked
             if wake in ready:
@@ -77,21 +82,16 @@ def main(requests: int, lifeline: int) -> NoReturn:
                 _answer(channel, running, own)
 
 
-def _prepare() -> Iterator[str]:
-    """Do what every worker would do first, in steps: requests are answered in between.
-
-    What fails is left to its jobs.
-    """
-    for name in _IMPORTED:
-        # libsumo prints which versions of other libraries it expects
-        with contextlib.suppress(Exception), contextlib.redirect_stdout(io.StringIO()):
-            importlib.import_module(name)
-        if name == "numba.core.registry":  # what numba does before its first function
-            with contextlib.suppress(Exception):
-                target = sys.modules[name].cpu_target
-                target.typing_context.refresh()
-                target.target_context.refresh()
-        yield name
+def _import(name: str) -> None:
+    """Do what every worker would do first; what fails is left to its jobs."""
+    # libsumo prints which versions of other libraries it expects
+    with contextlib.suppress(Exception), contextlib.redirect_stdout(io.StringIO()):
+        importlib.import_module(name)
+    if name == "numba.core.registry":  # what numba does before its first function
+        with contextlib.suppress(Exception):
+            target = sys.modules[name].cpu_target
+            target.typing_context.refresh()
+            target.target_context.refresh()
 
 
 def _wake(number: int, frame: object) -> None:
@@ -112,10 +112,11 @@ def _tell_ends(running: dict[int, int]) -> None:
         os.close(told)
 
 
-def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> None:
+def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> bool:
+    """Fork a process for one request; whether there was one."""
     _, received, _, _ = socket.recv_fds(channel, 1, 2)
     if len(received) < 2:  # closed; the lifeline follows
-        return
+        return False
     pipe, told = received
     server = os.getpid()
     with warnings.catch_warnings():
@@ -129,6 +130,7 @@ def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> 
     with contextlib.suppress(BrokenPipeError):
         os.write(told, _NEWS.pack(pid))
     running[pid] = told
+    return True
 
 
 def _serve_and_exit(pipe: int, server: int, foreign: list[int]) -> NoReturn:

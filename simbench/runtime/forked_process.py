@@ -60,15 +60,18 @@ class ForkedProcess:
                 (self.exit_code,) = _PID.unpack(self._told[_PID.size :])
         return self.exit_code is not None
 
-    def kill(self) -> None:
-        """End the process, and wait until it has ended."""
+    def kill(self, within_s: float = _ANSWER_S) -> None:
+        """End the process, and wait until it has ended, at most so many seconds.
+
+        Without an end, the system may still be taking down its memory.
+        """
         while not self._has_told_pid and self._read(_ANSWER_S):
             pass
         if not self.has_ended() and self._has_told_pid:
             (pid,) = _PID.unpack(self._told[: _PID.size])
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
-            self.has_ended(_ANSWER_S)
+            self.has_ended(within_s)
 
     def close(self) -> None:
         """Hear no more of it."""

@@ -29,7 +29,8 @@ from simbench.runtime.worker import JobLostError, ReportProgress, WorkerSettings
 __all__ = ["Job", "JobEvent", "JobLostError", "Pool", "ReportProgress", "WorkerPool"]
 
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
-_EXIT_LIMIT_S = 5.0
+_EXIT_LIMIT_S = 5.0  # by itself
+_END_LIMIT_S = 60.0  # when killed
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +145,8 @@ class _Worker:
         self.process.has_ended(_EXIT_LIMIT_S)
         self.kill()
 
-    def kill(self) -> None:
-        self.process.kill()
+    def kill(self, within_s: float = _END_LIMIT_S) -> None:
+        self.process.kill(within_s)
         self.process.close()
         self.pipe.close()
 
@@ -180,13 +181,13 @@ class WorkerPool:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Stop every worker; one that runs a job is killed."""
-        for worker in self._busy:
-            worker.kill()
+        """Kill every worker, and wait for the end of those that run a job.
+
+        Those may be writing. The others have no more to do, but it takes the system up
+        to a second to take down their memory.
+        """
         for worker in self._workers:
-            worker.pipe.close()  # all of them before waiting for the first
-        for worker in self._workers:
-            worker.stop()
+            worker.kill(0.0 if worker.job is None else _END_LIMIT_S)
         self._workers = []
 
     @property

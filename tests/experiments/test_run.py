@@ -32,8 +32,8 @@ from simbench.experiments.run import RunResult, run_experiment
 from simbench.experiments.run_folder import RunFolder
 from simbench.experiments.tracker_codes import tracker_codes
 from simbench.runtime import pool as workers
-from simbench.runtime.doctor import opengl_renderer
 from simbench.runtime.forked_process import ForkedProcess, fork_worker
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.runtime.scratch import SCRATCH_MARK
 from simbench.scenarios.files.loading import load_scenario
 from simbench.trackers.find_tracker import find_tracker

@@ -94,6 +94,11 @@ def process_id(report: ReportProgress) -> int:
     return os.getpid()
 
 
+def says(text: str, report: ReportProgress) -> int:
+    print(text, end="")
+    return os.getpid()
+
+
 def variable(name: str, report: ReportProgress) -> str | None:
     return os.environ.get(name)
 

@@ -8,6 +8,7 @@ import pytest
 
 from simbench.cli import execute
 from simbench.runtime import doctor
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.runtime.versions import core_count, host, versions
 
 
@@ -18,8 +19,8 @@ def test_healthy_machine_lacks_nothing() -> None:
     assert [f.name for f in findings.values() if f.state == "missing"] == []
     assert {"Python", "SUMO", "OpenGL, offscreen", "OpenCV", "cores"} <= set(findings)
     assert findings["cores"].found == str(core_count())
-    assert doctor.opengl_renderer() == findings["OpenGL, offscreen"].found
-    renderer = doctor.opengl_renderer().split(" | ")[1]
+    assert opengl_renderer() == findings["OpenGL, offscreen"].found
+    renderer = opengl_renderer().split(" | ")[1]
     assert f"({renderer})" in findings["OpenGL device"].found
 
 

@@ -205,6 +205,17 @@ def test_leaving_the_block_ends_a_worker_at_work(tmp_path: Path) -> None:
     wait_until(partial(is_gone, told))
 
 
+def test_leaving_the_block_ends_idle_workers_and_loses_nothing_that_they_printed(
+    tmp_path: Path,
+) -> None:
+    with WorkerPool(1, {}, tmp_path / "log") as crew:
+        (event,) = outcome(crew, job(misbehaving.says, "no end of line"))
+    assert (tmp_path / "log").read_text() == "no end of line"
+    told = tmp_path / "pid"
+    told.write_text(str(event.value))
+    wait_until(lambda: is_gone(told))
+
+
 def test_workers_die_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     told = tmp_path / "told"
     program = f"""

@@ -13,7 +13,7 @@ from simbench.core.errors import SimbenchError
 from simbench.datasets.channels import require_known
 from simbench.datasets.formats import find_format, sequence_name
 from simbench.runtime.code_digest import code_digest, digest_of
-from simbench.runtime.doctor import opengl_renderer
+from simbench.runtime.opengl_renderer import opengl_renderer
 from simbench.scenarios.files.recipe import Recipe
 
 __all__ = ["DatasetRequest", "SeededRecipe", "SequenceRequest", "spread"]
