@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from importlib.metadata import version
 from pathlib import Path
 
 from simbench.learning.films import film_request, films_place, training_films
 from simbench.learning.recipe import read_recipe, shipped_recipe
-from simbench.learning.torch_backend import require_torch
+from simbench.learning.torch_backend import require_torch, torch_facts
 from simbench.learning.training import find_training
 from simbench.learning.weights_card import refuse_existing, write_weights
 from simbench.runtime.code_digest import digest_of
@@ -97,5 +96,5 @@ def train(
         seed=seed,
         films=digest_of([one.key for one in request]),
         left_out=[one.name for one in request if one.name not in made],
-        versions_of={"torch": version("torch")} if training.needs_torch else {},
+        versions_of=torch_facts() if training.needs_torch else {},
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 from simbench.learning.checkpoint import load_checkpoint, save_checkpoint
 from simbench.learning.recipe import Schedule, TrainingRecipe
+from simbench.learning.torch_backend import device_name
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
 
@@ -55,6 +56,7 @@ def learn(
         _groups(network, factors), lr=schedule.rate, weight_decay=schedule.decay
     )
     network.train()
+    device = torch.get_default_device().type
     first = load_checkpoint(torch, checkpoint, network, optimiser)
     losses: deque[float] = deque(maxlen=_SHOWN_LOSSES)
     for done in range(first, schedule.iterations):
@@ -63,7 +65,7 @@ def learn(
         rate = learning_rate(schedule, done)
         for group in optimiser.param_groups:
             group["lr"] = rate * group["factor"]
-        with torch.autocast("cpu", torch.bfloat16, enabled=schedule.bfloat16):
+        with torch.autocast(device, torch.bfloat16, enabled=schedule.bfloat16):
             loss = loss_of(done)
         optimiser.zero_grad()
         loss.backward()
@@ -98,8 +100,9 @@ def checkpoint_path(
         Dotted name of the module that trains: its code is part of the name.
     seed : int
     """
+    versions = (torch.__version__, device_name(torch))
     decides = (recipe.model_dump(mode="json"), data, seed)
-    key = digest_of(code_digest(module), torch.__version__, *decides)[:16]
+    key = digest_of(code_digest(module), *versions, *decides)[:16]
     return cache / f".{module.rpartition('.')[2]}-{key}.pt"
 
 

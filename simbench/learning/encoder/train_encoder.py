@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from simbench.learning.encoder.encoder_recipe import EncoderRecipe
 from simbench.learning.encoder.film_patches import cached_patches
-from simbench.learning.torch_backend import deterministic_torch
+from simbench.learning.torch_backend import deterministic_torch, to_array
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.encoder import PATCH_SCALE
@@ -53,7 +53,7 @@ def train_encoder(
     weights and activity, and with smaller layers.
     """
     torch = deterministic_torch(seed)
-    data = torch.from_numpy(patches.astype(np.float32)) * PATCH_SCALE
+    data = torch.as_tensor(patches.astype(np.float32)) * PATCH_SCALE
     sizes = [data.shape[1], *recipe.layers]
     total = recipe.layer_iterations * len(recipe.layers) + recipe.joint_iterations
     encoders: list[Any] = []
@@ -121,11 +121,11 @@ def _arrays(torch: Any, encoders: Sequence[Any], data: Any) -> Arrays:
     with torch.no_grad():
         values = data
         for number, encoder in enumerate(encoders):
-            arrays[f"weights_{number}"] = encoder.weight.T.numpy().astype(np.float16)
-            arrays[f"biases_{number}"] = encoder.bias.numpy().astype(np.float16)
+            arrays[f"weights_{number}"] = to_array(encoder.weight.T).astype(np.float16)
+            arrays[f"biases_{number}"] = to_array(encoder.bias).astype(np.float16)
             values = torch.sigmoid(encoder(values))
-        arrays["mean"] = values.mean(dim=0).numpy().astype(np.float16)
-        arrays["deviation"] = values.std(dim=0).numpy().astype(np.float16)
+        arrays["mean"] = to_array(values.mean(dim=0)).astype(np.float16)
+        arrays["deviation"] = to_array(values.std(dim=0)).astype(np.float16)
     return arrays
 
 

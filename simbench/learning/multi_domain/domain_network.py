@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.learning.siamese.network import trained_layer
+from simbench.learning.torch_backend import to_array
 from simbench.learning.training import Arrays
 from simbench.trackers.parts.patch_network import PATCH_KERNELS
 from simbench.trackers.parts.siamese_network import LEVEL_MEAN, LEVEL_SPREAD
@@ -85,7 +86,7 @@ def domain_scores(
     patches : (N, 64, 64, 3) uint8, RGB
     domain : int
     """
-    levels = torch.from_numpy(patches).permute(0, 3, 1, 2).float()
+    levels = torch.as_tensor(patches).permute(0, 3, 1, 2).float()
     values = network["trunk"]((levels - LEVEL_MEAN) / LEVEL_SPREAD)
     values = network["third"](values).permute(0, 2, 3, 1).flatten(1)
     return network["branches"][domain](network["fully"](values)).float()
@@ -96,7 +97,7 @@ def shared_arrays(network: Any) -> Arrays:
     trunk, third, fully = (network[name] for name in ("trunk", "third", "fully"))
     found: dict[str, NDArray[np.float16]] = {}
     for number, layer in enumerate((trunk[0], trunk[3], third[0], fully[0], fully[3])):
-        weights, biases = layer.weight.detach(), layer.bias.detach()
-        found[f"weights_{number}"] = weights.contiguous().numpy().astype(np.float16)
-        found[f"biases_{number}"] = biases.numpy().astype(np.float16)
+        weights, biases = layer.weight, layer.bias
+        found[f"weights_{number}"] = to_array(weights.contiguous()).astype(np.float16)
+        found[f"biases_{number}"] = to_array(biases).astype(np.float16)
     return found

@@ -16,7 +16,11 @@ from simbench.learning.multi_domain.domain_network import (
 from simbench.learning.multi_domain.multi_domain_recipe import MultiDomainRecipe
 from simbench.learning.siamese.train_siamfc import prepare_crops
 from simbench.learning.siamese.vehicle_crops import VehicleCrops
-from simbench.learning.torch_backend import deterministic_torch
+from simbench.learning.torch_backend import (
+    deterministic_torch,
+    to_array,
+    without_autocast,
+)
 from simbench.learning.training import Arrays, Training
 from simbench.learning.training_loop import checkpoint_path, learn
 from simbench.runtime.run_jobs import Progress
@@ -69,13 +73,13 @@ def train_mdnet(
             network.eval()
             tried = domain_scores(torch, network, examples.negatives, examples.domain)
             network.train()
-        odds = (tried[:, 1] - tried[:, 0]).numpy()
+        odds = to_array(tried[:, 1] - tried[:, 0])
         hard = hardest(odds, recipe.domains.negatives)
         patches = np.concatenate([examples.positives, examples.negatives[hard]])
         labels = np.repeat([1, 0], [len(examples.positives), len(hard)])
         scores = domain_scores(torch, network, patches, examples.domain)
-        with torch.autocast("cpu", enabled=False):
-            return torch.nn.functional.cross_entropy(scores, torch.from_numpy(labels))
+        with without_autocast(torch):
+            return torch.nn.functional.cross_entropy(scores, torch.as_tensor(labels))
 
     learn(
         torch,

@@ -38,7 +38,7 @@ def filters_of(torch: Any, layer: Any, regions: Any) -> Any:
         that is taken as a circle.
     """
     window, desired = (
-        torch.from_numpy(each).to(regions.dtype)
+        torch.as_tensor(each, dtype=regions.dtype)
         for each in (feature_window(), desired_response())
     )
     found = closed_form_filters(torch, regions * window, desired, layer["ridge"].exp())

@@ -58,12 +58,12 @@ def response_loss(
     softplus = torch.nn.functional.softplus
     count = len(found)
     own = found[range(count), range(count)]
-    is_on = torch.from_numpy(labels)
+    is_on = torch.as_tensor(labels)
     on = is_on.float()
     losses = softplus(torch.where(is_on, -own, own))
     on_vehicle = (losses * on).sum((1, 2)) / on.sum((1, 2)).clamp(min=1.0)
     beside = (losses * (1.0 - on)).sum((1, 2)) / (1.0 - on).sum((1, 2)).clamp(min=1.0)
-    others = found[~torch.eye(count, dtype=torch.bool)]
+    others = found[np.nonzero(~np.eye(count, dtype=bool))]
     return (0.5 * (on_vehicle + beside)).mean() + negatives * softplus(others).mean()
 
 
@@ -105,8 +105,8 @@ def box_loss(torch: Any, found: Any, pairs: Pairs, labels: NDArray[np.bool_]) ->
     Multimedia 2016, section 3.1.
     """
     sides = true_sides(pairs)
-    is_used = torch.from_numpy(labels & (sides >= _LEAST_SIDE).all(axis=1))
-    true = torch.from_numpy(sides).clamp(min=_LEAST_SIDE)
+    is_used = torch.as_tensor(labels & (sides >= _LEAST_SIDE).all(axis=1))
+    true = torch.as_tensor(sides).clamp(min=_LEAST_SIDE)
     common = torch.minimum(found, true)
     area, true_area, common_area = (
         (one[:, 0] + one[:, 2]) * (one[:, 1] + one[:, 3])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.learning.torch_backend import to_array
 from simbench.learning.training import Arrays
 from simbench.trackers.parts.siamese_box import MOST_LOG, SIDE_UNIT
 from simbench.trackers.parts.siamese_network import KERNELS, LEVEL_MEAN, LEVEL_SPREAD
@@ -98,8 +99,8 @@ def trained_layer(torch: Any, arrays: Arrays, number: int) -> Any:
     number : int
         Of the layer, from 0.
     """
-    weights = torch.from_numpy(arrays[f"weights_{number}"].astype(np.float32))
-    biases = torch.from_numpy(arrays[f"biases_{number}"].astype(np.float32))
+    weights = torch.as_tensor(arrays[f"weights_{number}"].astype(np.float32))
+    biases = torch.as_tensor(arrays[f"biases_{number}"].astype(np.float32))
     outputs, inputs, size, _ = weights.shape
     stride = 2 if number == 0 else 1
     layer = torch.nn.Conv2d(inputs, outputs, size, stride=stride)
@@ -119,7 +120,7 @@ def features(torch: Any, network: Any, pictures: NDArray[np.float32]) -> Any:
         In [0, 255].
     """
     levels = (pictures - np.float32(LEVEL_MEAN)) / np.float32(LEVEL_SPREAD)
-    inputs = torch.from_numpy(levels).permute(0, 3, 1, 2)
+    inputs = torch.as_tensor(levels).permute(0, 3, 1, 2)
     return network["features"](inputs)
 
 
@@ -246,7 +247,8 @@ def _folded(
             gain = norm.weight / torch.sqrt(norm.running_var + norm.eps)
             weights = weights * gain.detach()[:, None, None, None]
             biases = (biases - norm.running_mean) * gain + norm.bias
-        yield tuple(
-            each.detach().contiguous().numpy().astype(np.float16)
-            for each in (weights, biases)
-        )
+        yield _half(weights), _half(biases)
+
+
+def _half(values: Any) -> NDArray[np.float16]:
+    return to_array(values.contiguous()).astype(np.float16)

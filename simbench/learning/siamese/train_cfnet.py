@@ -17,7 +17,11 @@ from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
 from simbench.learning.siamese.train_siamfc import prepare_crops
 from simbench.learning.siamese.vehicle_crops import VehicleCrops
-from simbench.learning.torch_backend import deterministic_torch
+from simbench.learning.torch_backend import (
+    deterministic_torch,
+    to_array,
+    without_autocast,
+)
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.square_crops import SEARCH_SAMPLES
@@ -55,7 +59,7 @@ def train_cfnet(
         regions = features(torch, network, pairs.exemplars)
         searches = features(torch, network, pairs.searches).float()
         labels = response_labels(pairs.offsets, recipe.loss.radius)
-        with torch.autocast("cpu", enabled=False):
+        with without_autocast(torch):
             filters = filters_of(torch, network["filter"], regions.float())
             found = responses(torch, network, filters, searches)
             return response_loss(torch, found, labels, recipe.loss.negatives)
@@ -71,7 +75,7 @@ def train_cfnet(
         progress=progress,
         exemplar_samples=SEARCH_SAMPLES,
     )
-    ridge = network["filter"]["ridge"].detach().numpy()
+    ridge = to_array(network["filter"]["ridge"])
     return {**folded_arrays(torch, network.eval()), "ridge": ridge.astype("f2")}
 
 

@@ -18,7 +18,7 @@ from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiamBoxRecipe
 from simbench.learning.siamese.train_siamfc import prepare_crops
 from simbench.learning.siamese.vehicle_crops import VehicleCrops
-from simbench.learning.torch_backend import deterministic_torch
+from simbench.learning.torch_backend import deterministic_torch, without_autocast
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.weights_file import read_weights, shipped_weights
@@ -58,7 +58,7 @@ def train_siambox(
             exemplars = features(torch, fixed, pairs.exemplars).float()
             searches = features(torch, fixed, pairs.searches).float()
         labels = response_labels(pairs.offsets, recipe.loss.radius)
-        with torch.autocast("cpu", enabled=False):
+        with without_autocast(torch):
             sides = box_sides(torch, head, exemplars, searches)
             return box_loss(torch, sides, pairs, labels)
 

@@ -17,7 +17,7 @@ from simbench.learning.siamese.network import (
 from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
 from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
-from simbench.learning.torch_backend import deterministic_torch
+from simbench.learning.torch_backend import deterministic_torch, without_autocast
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress
 
@@ -52,7 +52,7 @@ def train_siamfc(
         searches = features(torch, network, pairs.searches)
         found = responses(torch, network, exemplars, searches).float()
         labels = response_labels(pairs.offsets, recipe.loss.radius)
-        with torch.autocast("cpu", enabled=False):
+        with without_autocast(torch):
             return response_loss(torch, found, labels, recipe.loss.negatives)
 
     learn_from_pairs(
