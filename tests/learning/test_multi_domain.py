@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simbench.core.errors import SimbenchError
+from simbench.learning.crops.crop_recipe import Photometry
 from simbench.learning.multi_domain.domain_examples import DomainSampler
 from simbench.learning.multi_domain.multi_domain_recipe import (
     DomainSettings,
@@ -19,7 +20,6 @@ from simbench.learning.multi_domain.multi_domain_recipe import (
 )
 from simbench.learning.multi_domain.train_mdnet import train_mdnet
 from simbench.learning.recipe import read_recipe
-from simbench.learning.siamese.siamese_recipe import Photometry
 from simbench.trackers.parts.box_patches import box_patches
 from simbench.trackers.parts.box_samples import boxes_off, boxes_on
 from simbench.trackers.parts.online_classifier import LearningSettings, OnlineClassifier

@@ -15,21 +15,20 @@ from numpy.typing import NDArray
 from simbench.core.box import Box
 from simbench.core.errors import SimbenchError
 from simbench.datasets.native import write_sequence
+from simbench.learning.crops.crop_recipe import CropChoice, Photometry
+from simbench.learning.crops.photometry import change_picture, sample_tone
+from simbench.learning.crops.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.recipe import read_recipe
 from simbench.learning.siamese.losses import box_loss, response_labels, true_sides
 from simbench.learning.siamese.pairs import Pairs, PairSampler
-from simbench.learning.siamese.photometric import change_picture, sample_tone
 from simbench.learning.siamese.siamese_recipe import (
-    CropChoice,
     PairSettings,
-    Photometry,
     SiamBoxRecipe,
     SiameseRecipe,
 )
 from simbench.learning.siamese.train_cfnet import train_cfnet
 from simbench.learning.siamese.train_siambox import train_siambox
 from simbench.learning.siamese.train_siamfc import train_siamfc
-from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.training import Arrays
 from simbench.learning.training_loop import learning_rate
 from simbench.runtime.run_jobs import Progress

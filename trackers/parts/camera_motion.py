@@ -66,12 +66,13 @@ def strong_points(  # type: ignore[no-untyped-def]  # numba infers the types
             continue
         across = float(before[y, x + 1, 1]) - float(before[y, x - 1, 1])
         along = float(before[y + 1, x, 1]) - float(before[y - 1, x, 1])
-        gradient = math.sqrt(across * across + along * along)
+        squared = across * across + along * along
         change = float(image[y, x, 1]) - float(before[y, x, 1])
-        if gradient < STRONG:
+        if squared < STRONG * STRONG:
             weak += 1
             weak_change += abs(change)
             continue
+        gradient = math.sqrt(squared)
         strong_change += abs(change)
         if abs(change) < 0.5 * STILL_PX * gradient:
             unmoved += 1

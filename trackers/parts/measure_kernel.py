@@ -65,18 +65,29 @@ def fill_grey(image, left, y, cell, grey, first):  # type: ignore[no-untyped-def
             grey[k] = mean_grey(image, left + (first + k) * cell, y, cell)
         return
     whole = np.float32(4 * cell * cell)
+    is_pair = cell == 2
     for k in range(count):
         x = left + (first + k) * cell
         if x < 0 or x + cell > width:
             grey[k] = mean_grey(image, x, y, cell)
             continue
-        total = np.uint32(0)
-        for row in range(np.uintp(y), np.uintp(y + cell)):
-            for column in range(np.uintp(x), np.uintp(x + cell)):
-                total += np.uint32(image[row, column, 0])
-                total += np.uint32(image[row, column, 1]) << np.uint32(1)
-                total += np.uint32(image[row, column, 2])
+        if is_pair:  # a size that the compiler knows
+            total = grey_sum(image, np.uintp(x), np.uintp(y), np.uintp(2))
+        else:
+            total = grey_sum(image, np.uintp(x), np.uintp(y), np.uintp(cell))
         grey[k] = np.float32(total) / whole
+
+
+@numba.njit(cache=True, error_model="numpy")
+def grey_sum(image, x, y, cell):  # type: ignore[no-untyped-def]
+    """Return four times the sum of the grey levels of a cell's pixels."""
+    total = np.uint32(0)
+    for row in range(y, y + cell):
+        for column in range(x, x + cell):
+            total += np.uint32(image[row, column, 0])
+            total += np.uint32(image[row, column, 1]) << np.uint32(1)
+            total += np.uint32(image[row, column, 2])
+    return total
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simbench.learning.crops.crop_recipe import Photometry
+from simbench.learning.crops.photometry import change_picture, sample_tone
+from simbench.learning.crops.vehicle_crops import CROP_SAMPLES, VehicleCrops
 from simbench.learning.multi_domain.multi_domain_recipe import DomainSettings
-from simbench.learning.siamese.photometric import change_picture, sample_tone
-from simbench.learning.siamese.siamese_recipe import Photometry
-from simbench.learning.siamese.vehicle_crops import CROP_SAMPLES, VehicleCrops
 from simbench.trackers.parts.box_patches import box_patches
 from simbench.trackers.parts.box_samples import boxes_off, boxes_on
 

@@ -6,13 +6,11 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from simbench.learning.recipe import ScheduledRecipe
-from simbench.learning.siamese.siamese_recipe import CropChoice, Photometry
+from simbench.learning.crops.crop_recipe import CropRecipe, Share
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = ["DomainSettings", "MultiDomainRecipe"]
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1, le=100_000)]
 
 
@@ -59,14 +57,11 @@ class DomainSettings(StrictModel):
         return self
 
 
-class MultiDomainRecipe(ScheduledRecipe):
+class MultiDomainRecipe(CropRecipe):
     """What a multi-domain network is trained on, and how.
 
     Attributes
     ----------
-    crops : CropChoice
-    photometry : Photometry or None
-        None leaves pictures as they are.
     domains : DomainSettings
     channels : int
         Of the third convolution; the first two are those of siamfc's network.
@@ -82,8 +77,6 @@ class MultiDomainRecipe(ScheduledRecipe):
         Each iteration shows one domain.
     """
 
-    crops: CropChoice = CropChoice()
-    photometry: Photometry | None = Photometry()
     domains: DomainSettings = DomainSettings()
     channels: int = Field(default=96, ge=1, le=1024)
     units: int = Field(default=128, ge=1, le=4096)

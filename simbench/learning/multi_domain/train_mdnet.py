@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 import simbench.trackers.weights.siamfc
+from simbench.learning.crops.vehicle_crops import VehicleCrops, prepare_crops
 from simbench.learning.multi_domain.domain_examples import DomainSampler
 from simbench.learning.multi_domain.domain_network import (
     domain_scores,
@@ -14,8 +15,6 @@ from simbench.learning.multi_domain.domain_network import (
     shared_arrays,
 )
 from simbench.learning.multi_domain.multi_domain_recipe import MultiDomainRecipe
-from simbench.learning.siamese.train_siamfc import prepare_crops
-from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.learning.torch_backend import (
     deterministic_torch,
     to_array,

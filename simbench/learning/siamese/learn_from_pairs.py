@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from simbench.learning.crops.vehicle_crops import VehicleCrops
 from simbench.learning.siamese.pairs import Pairs, PairSampler
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
-from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.learning.training_loop import checkpoint_path, learn
 from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.square_crops import EXEMPLAR_SAMPLES

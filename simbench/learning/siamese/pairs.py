@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.learning.siamese.photometric import change_picture, sample_tone
-from simbench.learning.siamese.siamese_recipe import PairSettings, Photometry
-from simbench.learning.siamese.vehicle_crops import CROP_SAMPLES, VehicleCrops
+from simbench.learning.crops.crop_recipe import Photometry
+from simbench.learning.crops.photometry import change_picture, sample_tone
+from simbench.learning.crops.vehicle_crops import CROP_SAMPLES, VehicleCrops
+from simbench.learning.siamese.siamese_recipe import PairSettings
 from simbench.trackers.parts.square_crops import EXEMPLAR_SAMPLES, SEARCH_SAMPLES
 
 __all__ = ["PairSampler", "Pairs"]

@@ -1,55 +1,25 @@
-"""Recipe of a Siamese network: crops, pairs, augmentation, layers, loss, schedule."""
+"""Recipe of a Siamese network: crops, pairs, layers, loss, schedule."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from simbench.learning.recipe import Schedule, ScheduledRecipe
+from simbench.learning.crops.crop_recipe import CropRecipe, Share
+from simbench.learning.recipe import Schedule
 from simbench.scenarios.schema.strict_model import StrictModel
 
 __all__ = [
     "BoxSettings",
-    "CropChoice",
     "LossSettings",
     "PairSchedule",
     "PairSettings",
-    "Photometry",
     "SiamBoxRecipe",
     "SiameseRecipe",
 ]
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Factor = Annotated[float, Field(gt=0.0, le=10.0)]
 Channels = Annotated[int, Field(ge=1, le=1024)]
-
-
-class CropChoice(StrictModel):
-    """Which vehicles of a film are cropped, and in how many frames.
-
-    Attributes
-    ----------
-    vehicles : int
-        Most of a film: those that are seen in most frames.
-    frames : int
-        Most of a vehicle, spread evenly over those in which it is seen.
-    least_visible : float
-        Share of its area that is not occluded.
-    least_inside : float
-        Share of its box that is in the picture.
-    least_side_px : float
-        Longer side of its box; the shorter one is at least half of it.
-    least_contrast : float
-        Standard deviation of the grey levels of a crop: a blank one teaches nothing.
-    """
-
-    vehicles: int = Field(default=7, ge=1, le=1000)
-    frames: int = Field(default=8, ge=2, le=1000)
-    least_visible: Share = 0.45
-    least_inside: Share = 0.75
-    least_side_px: float = Field(default=16.0, ge=4.0, le=1000.0)
-    least_contrast: float = Field(default=6.0, ge=0.0, le=100.0)
 
 
 class PairSettings(StrictModel):
@@ -82,48 +52,6 @@ class PairSettings(StrictModel):
     occluder: Share = 0.12
 
 
-class Photometry(StrictModel):
-    """Changes of colour, light and sharpness: what makes films stand for real clips.
-
-    The first five are sampled once for a pair, and then a little changed for each of
-    its pictures; the others are sampled for each picture.
-
-    Attributes
-    ----------
-    channel_mix, grey : float
-        Probabilities that channels are mixed, or all show the luminance.
-    gamma, contrast : (float, float)
-        Ranges.
-    brightness : float
-        Greatest change, in grey levels.
-    light : float
-        Probability of a ramp of light, or a shadow's edge.
-    blur, motion_blur, shrink, noise, jpeg : float
-        Probabilities of a Gaussian blur, a blur along a line, fewer samples, Gaussian
-        noise, and compression.
-    """
-
-    channel_mix: Share = 0.5
-    grey: Share = 0.35
-    gamma: tuple[Factor, Factor] = (0.6, 1.5)
-    contrast: tuple[Factor, Factor] = (0.6, 1.3)
-    brightness: float = Field(default=35.0, ge=0.0, le=128.0)
-    light: Share = 0.3
-    blur: Share = 0.3
-    motion_blur: Share = 0.15
-    shrink: Share = 0.2
-    noise: Share = 0.5
-    jpeg: Share = 0.25
-
-    @model_validator(mode="after")
-    def _ranges_rise(self) -> Photometry:
-        for name in ("gamma", "contrast"):
-            low, high = getattr(self, name)
-            if low > high:
-                raise ValueError(f"{name}: expected [low, high], got [{low}, {high}]")
-        return self
-
-
 class LossSettings(StrictModel):
     """What the network is asked for.
 
@@ -151,24 +79,19 @@ class PairSchedule(Schedule):
     batch: int = Field(default=16, ge=2, le=4096)
 
 
-class SiameseRecipe(ScheduledRecipe):
+class SiameseRecipe(CropRecipe):
     """What a Siamese network is trained on, and how.
 
     Attributes
     ----------
-    crops : CropChoice
     pairs : PairSettings
-    photometry : Photometry or None
-        None leaves pictures as they are.
     channels : tuple of 5 int
         Of the layers.
     loss : LossSettings
     schedule : PairSchedule
     """
 
-    crops: CropChoice = CropChoice()
     pairs: PairSettings = PairSettings()
-    photometry: Photometry | None = Photometry()
     channels: tuple[Channels, ...] = Field(
         default=(32, 64, 96, 96, 64), min_length=5, max_length=5
     )

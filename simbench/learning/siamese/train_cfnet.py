@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from simbench.learning.crops.vehicle_crops import VehicleCrops, prepare_crops
 from simbench.learning.siamese.filter_layer import filters_of, make_filter_layer
 from simbench.learning.siamese.learn_from_pairs import learn_from_pairs
 from simbench.learning.siamese.losses import response_labels, response_loss
@@ -15,8 +16,6 @@ from simbench.learning.siamese.network import (
 )
 from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
-from simbench.learning.siamese.train_siamfc import prepare_crops
-from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.learning.torch_backend import (
     deterministic_torch,
     to_array,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 import simbench.trackers.weights.siamfc
+from simbench.learning.crops.vehicle_crops import VehicleCrops, prepare_crops
 from simbench.learning.siamese.learn_from_pairs import learn_from_pairs
 from simbench.learning.siamese.losses import box_loss, response_labels
 from simbench.learning.siamese.network import (
@@ -16,8 +17,6 @@ from simbench.learning.siamese.network import (
 )
 from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiamBoxRecipe
-from simbench.learning.siamese.train_siamfc import prepare_crops
-from simbench.learning.siamese.vehicle_crops import VehicleCrops
 from simbench.learning.torch_backend import deterministic_torch, without_autocast
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
+from simbench.learning.crops.vehicle_crops import VehicleCrops, prepare_crops
 from simbench.learning.siamese.learn_from_pairs import learn_from_pairs
 from simbench.learning.siamese.losses import response_labels, response_loss
 from simbench.learning.siamese.network import (
@@ -16,12 +15,11 @@ from simbench.learning.siamese.network import (
 )
 from simbench.learning.siamese.pairs import Pairs
 from simbench.learning.siamese.siamese_recipe import SiameseRecipe
-from simbench.learning.siamese.vehicle_crops import VehicleCrops, cached_crops
 from simbench.learning.torch_backend import deterministic_torch, without_autocast
 from simbench.learning.training import Arrays, Training
 from simbench.runtime.run_jobs import Progress
 
-__all__ = ["TRAINING", "prepare_crops", "train_siamfc"]
+__all__ = ["TRAINING", "train_siamfc"]
 
 
 def train_siamfc(
@@ -66,17 +64,6 @@ def train_siamfc(
         progress=progress,
     )
     return folded_arrays(torch, network.eval())
-
-
-def prepare_crops(
-    recipe: SiameseRecipe,
-    folders: Sequence[Path],
-    cache: Path,
-    seed: int,
-    progress: Progress,
-) -> VehicleCrops:
-    """Return the crops of films, which do not depend on the seed."""
-    return cached_crops(folders, cache, recipe.crops, progress)
 
 
 TRAINING: Final = Training("siamfc", SiameseRecipe, prepare_crops, train_siamfc)

@@ -18,7 +18,7 @@ from simbench.core.box import area, clip
 from simbench.core.errors import SimbenchError
 from simbench.core.sequence import Sequence as Film
 from simbench.datasets.native import read_sequence
-from simbench.learning.siamese.siamese_recipe import CropChoice
+from simbench.learning.crops.crop_recipe import CropChoice, CropRecipe
 from simbench.runtime.code_digest import code_digest, digest_of
 from simbench.runtime.run_jobs import Progress
 from simbench.trackers.parts.square_crops import (
@@ -27,7 +27,7 @@ from simbench.trackers.parts.square_crops import (
     square_crops,
 )
 
-__all__ = ["CROP_SAMPLES", "VehicleCrops", "cached_crops"]
+__all__ = ["CROP_SAMPLES", "VehicleCrops", "cached_crops", "prepare_crops"]
 
 CROP_SAMPLES: Final = 160
 """Rows and columns of a crop, at the scale of the search regions that are cut from it:
@@ -59,6 +59,17 @@ class VehicleCrops:
     vehicles: NDArray[np.int64]
     digest: str
     cache: Path
+
+
+def prepare_crops(
+    recipe: CropRecipe,
+    folders: Sequence[Path],
+    cache: Path,
+    seed: int,
+    progress: Progress,
+) -> VehicleCrops:
+    """Return the crops of films, which do not depend on the seed."""
+    return cached_crops(folders, cache, recipe.crops, progress)
 
 
 def cached_crops(

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simbench.learning.siamese.siamese_recipe import Photometry
+from simbench.learning.crops.crop_recipe import Photometry
 
 __all__ = ["Tone", "change_picture", "sample_tone"]
 

@@ -1,0 +1,1 @@
+"""Pictures of vehicles that networks learn from, and changes to them."""
