@@ -207,7 +207,6 @@ class Condensation:
             image,
             ellipse,
             samples=self.samples,
-            sigma=self.sigma,
             surround=self.surround,
             background=self.background,
         )

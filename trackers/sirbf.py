@@ -133,7 +133,6 @@ class Sirbf:
             frame.image,
             ellipse,
             samples=self.samples,
-            sigma=self.sigma,
             surround=self.surround,
             background=self.background,
         )

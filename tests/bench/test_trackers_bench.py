@@ -103,7 +103,7 @@ def test_observation_beats_calc_hist_on_crops_tenfold(
     target = np.array([x, y, *HALF_AXES])
     ellipses = target + rng.standard_normal((PARTICLES, 4)) * [8.0, 8.0, 1.0, 1.0]
     # The paper's likelihood: the surround would add a second, smaller histogram.
-    likelihood = ColourLikelihood(image, target, samples=128, sigma=0.1, surround=0.0)
+    likelihood = ColourLikelihood(image, target, samples=128, surround=0.0)
     reference = likelihood.reference
 
     sampled = likelihood.similarities(image, ellipses)

@@ -1,4 +1,4 @@
-"""Likelihood of positions in a frame under the colour histogram of the target."""
+"""Similarity of places in a frame to the colour histogram of the target."""
 
 from __future__ import annotations
 
@@ -36,8 +36,6 @@ class ColourLikelihood:
         The target in it: centre x, y and half axes Hx, Hy.
     samples : int
         Sample points in an ellipse.
-    sigma : float
-        Standard deviation of the distance d, eq. 4.
     surround : float
         Penalty on target colours in a ring just outside the ellipse, relative to that
         ring in the first frame; 0 is the likelihood of the paper.
@@ -58,8 +56,8 @@ class ColourLikelihood:
     References
     ----------
     Yildirim et al., "direction-based modified particle filter for vehicle tracking",
-    ETRI Journal (DPF), section II, eqs. 2 to 5. The paper gives neither sigma nor the
-    kernel; the kernel here is uniform.
+    ETRI Journal (DPF), section II, eq. 2. The paper does not give the kernel; here it
+    is uniform.
 
     Notes
     -----
@@ -86,12 +84,10 @@ class ColourLikelihood:
         ellipse: NDArray[np.float64],
         *,
         samples: int,
-        sigma: float,
         surround: float,
         background: float = 0.0,
     ) -> None:
         self.evaluations = 0
-        self._sigma = sigma
         self.surround = surround
         self._background = background
         self.samples = disc_samples(samples)
@@ -122,28 +118,6 @@ class ColourLikelihood:
             around = self._compare(image, ellipses, self.ring)
             rho -= self.surround * np.maximum(around - self.first_around, 0.0)
         return rho
-
-    def learn(
-        self, image: NDArray[np.uint8], ellipse: NDArray[np.float64], share: float
-    ) -> None:
-        """Blend the colours of an ellipse into the reference, by a share in [0, 1]."""
-        self.reference += share * (self._target_shares(image, ellipse) - self.reference)
-
-    def log_weights(self, rho: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return unnormalised log weights, eq. 4 with ``d^2 = 1 - rho`` (eq. 3).
-
-        Parameters
-        ----------
-        rho : (N,) float, at most 1
-            From `similarities`; N at least 1.
-
-        Returns
-        -------
-        (N,) float
-            ``(rho - max rho) / (2 sigma^2)``: eq. 4 up to a factor that normalisation
-            removes, and that keeps the best particle from underflow.
-        """
-        return np.asarray((rho - rho.max()) / (2.0 * self._sigma**2))
 
     def _target_shares(
         self, image: NDArray[np.uint8], ellipse: NDArray[np.float64]

@@ -126,7 +126,7 @@ def test_similarity_of_an_ellipse_outside_the_image_is_zero(
     image: NDArray[np.uint8],
 ) -> None:
     likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
+        image, ELLIPSE, samples=64, surround=0.0, background=0.0
     )
     outside = np.array([[-500.0, 60.0, 24.0, 18.0], [1e12, 60.0, 24.0, 18.0]])
     assert likelihood.similarities(image, outside).tolist() == [0.0, 0.0]
@@ -136,7 +136,7 @@ def test_similarity_without_surround_is_the_plain_coefficient(
     image: NDArray[np.uint8],
 ) -> None:
     likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=512, sigma=0.1, surround=0.0, background=0.0
+        image, ELLIPSE, samples=512, surround=0.0, background=0.0
     )
     shifted = ELLIPSE + [10.0, 0.0, 0.0, 0.0]
     expected = np.sum(np.sqrt(calc_hist(image, ELLIPSE) * calc_hist(image, shifted)))
@@ -152,25 +152,16 @@ def test_surround_penalises_an_ellipse_that_is_too_small(
     losses = []
     for surround in (0.0, 1.0):
         likelihood = ColourLikelihood(
-            image, ELLIPSE, samples=512, sigma=0.1, surround=surround, background=0.0
+            image, ELLIPSE, samples=512, surround=surround, background=0.0
         )
         right, wrong = likelihood.similarities(image, places)
         losses.append(right - wrong)
     assert losses[0] < 0.1 < 0.2 < losses[1]
 
 
-def test_log_weights_follow_the_squared_distance(image: NDArray[np.uint8]) -> None:
-    likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
-    )
-    # d^2 = 0.1 and 0.14: their weights differ by exp(-0.04 / 0.02).
-    log_weights = likelihood.log_weights(np.array([0.9, 0.86]))
-    assert log_weights == pytest.approx([0.0, -2.0])
-
-
 def test_every_ellipse_evaluated_is_counted(image: NDArray[np.uint8]) -> None:
     likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=64, sigma=0.1, surround=1.0, background=0.0
+        image, ELLIPSE, samples=64, surround=1.0, background=0.0
     )
     assert likelihood.evaluations == 0
     likelihood.similarities(image, np.tile(ELLIPSE, (7, 1)))
@@ -186,21 +177,8 @@ def test_background_colours_are_reduced_in_the_reference(
     road_similarities = []
     for background in (0.0, 8.0):
         likelihood = ColourLikelihood(
-            image, around, samples=512, sigma=0.1, surround=0.0, background=background
+            image, around, samples=512, surround=0.0, background=background
         )
         assert likelihood.reference.sum() == pytest.approx(1.0)
         road_similarities.append(likelihood.similarities(image, beside[None])[0])
     assert road_similarities[1] < 0.5 * road_similarities[0]
-
-
-def test_learning_moves_the_reference_by_a_share(image: NDArray[np.uint8]) -> None:
-    likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=64, sigma=0.1, surround=0.0, background=0.0
-    )
-    beside = ELLIPSE + [70.0, 0.0, 0.0, 0.0]
-    other = ColourLikelihood(
-        image, beside, samples=64, sigma=0.1, surround=0.0, background=0.0
-    )
-    expected = 0.75 * likelihood.reference + 0.25 * other.reference
-    likelihood.learn(image, beside, 0.25)
-    assert likelihood.reference == pytest.approx(expected)

@@ -34,7 +34,7 @@ def make_step(
     image: NDArray[np.uint8], structure: float = 0.0, scheme: str = "systematic"
 ) -> FilterStep:
     likelihood = ColourLikelihood(
-        image, ELLIPSE, samples=96, sigma=0.1, surround=0.75, background=8.0
+        image, ELLIPSE, samples=96, surround=0.75, background=8.0
     )
     return FilterStep(
         image,

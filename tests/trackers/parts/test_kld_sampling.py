@@ -24,7 +24,7 @@ BINS = KldSampling(least=25, epsilon=0.15, delta=0.01, bin_boxes=0.1, bin_growth
 def make_step(kld: KldSampling | None) -> tuple[FilterStep, NDArray[np.uint8]]:
     image = road(320, 200, np.random.default_rng(0))
     target = np.array([160.0, 100.0, 20.0, 15.0])
-    likelihood = ColourLikelihood(image, target, samples=64, sigma=0.1, surround=0.0)
+    likelihood = ColourLikelihood(image, target, samples=64, surround=0.0)
     step = FilterStep(
         image,
         target,

@@ -27,7 +27,7 @@ def image() -> NDArray[np.uint8]:
 def made(
     image: NDArray[np.uint8], *, particles: int = 200, threshold: float = 0.5
 ) -> tuple[SirStep, ColourLikelihood]:
-    likelihood = ColourLikelihood(image, ELLIPSE, samples=64, sigma=SIGMA, surround=0.0)
+    likelihood = ColourLikelihood(image, ELLIPSE, samples=64, surround=0.0)
     state = SirStep(
         ELLIPSE,
         LIMITS,
