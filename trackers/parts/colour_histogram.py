@@ -88,11 +88,13 @@ def ring_samples(count: int, inner: float, outer: float) -> NDArray[np.float64]:
     return disc * (spread / radius)[:, None]
 
 
-@numba.njit(cache=True)
-def histogram(  # type: ignore[no-untyped-def]  # numba infers the types
-    image, table, ellipse, samples, counts
-):
-    """Add the colour counts of one ellipse to ``counts``, in place.
+def histogram(
+    image: NDArray[np.uint8],
+    table: NDArray[np.uint8],
+    ellipse: NDArray[np.float64],
+    samples: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Return the colour counts of one ellipse, (BINS,).
 
     Parameters
     ----------
@@ -102,22 +104,47 @@ def histogram(  # type: ignore[no-untyped-def]  # numba infers the types
     ellipse : (4,) float, px
         Centre x, y and half axes Hx, Hy.
     samples : (K, 2) float
-        From `disc_samples`.
-    counts : (BINS,) int64
-        Added to. Samples outside the image are not counted.
+        From `disc_samples`. Those outside the image are not counted.
     """
-    height, width = image.shape[0], image.shape[1]
-    for k in range(samples.shape[0]):
-        column = math.floor(ellipse[0] + samples[k, 0] * ellipse[2])
-        row = math.floor(ellipse[1] + samples[k, 1] * ellipse[3])
-        if 0 <= column < width and 0 <= row < height:
-            red = np.int64(image[row, column, 0])
-            green = np.int64(image[row, column, 1])
-            blue = np.int64(image[row, column, 2])
-            counts[table[(red << 16) | (green << 8) | blue]] += 1
+    points = np.ascontiguousarray(samples.T)
+    counts = np.zeros((2, BINS), np.int32)
+    add_counts(image, table, ellipse, points, np.empty(points.shape, np.int32), counts)
+    return np.asarray(counts.sum(axis=0, dtype=np.int64))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
+def add_counts(  # type: ignore[no-untyped-def]  # numba infers the types
+    image, table, ellipse, points, places, counts
+):
+    """Add the colour counts of one ellipse to ``counts``, in place.
+
+    Parameters
+    ----------
+    image, table, ellipse
+        As for `histogram`.
+    points : (2, K) float
+        x, then y of the samples.
+    places : (2, K) int32
+        Space to work in: columns and rows are found first, for all points at once.
+    counts : (2, BINS) int32
+        Added to, in turn, since a count that was just written is read slowly: their
+        sum counts the colours. Samples outside the image are not counted.
+    """
+    height, width = np.uint32(image.shape[0]), np.uint32(image.shape[1])
+    x, y, half_width, half_height = ellipse[0], ellipse[1], ellipse[2], ellipse[3]
+    for k in range(points.shape[1]):
+        places[0, k] = np.int32(np.floor(x + points[0, k] * half_width))
+        places[1, k] = np.int32(np.floor(y + points[1, k] * half_height))
+    for k in range(points.shape[1]):
+        column, row = np.uint32(places[0, k]), np.uint32(places[1, k])
+        if column < width and row < height:  # negative ones are large
+            red = np.uint32(image[row, column, 0]) << np.uint32(16)
+            green = np.uint32(image[row, column, 1]) << np.uint32(8)
+            blue = np.uint32(image[row, column, 2])
+            counts[k & 1, table[red | green | blue]] += 1
+
+
+@numba.njit(cache=True, error_model="numpy")
 def similarities(  # type: ignore[no-untyped-def]  # numba infers the types
     image, table, ellipses, samples, reference
 ):
@@ -149,13 +176,16 @@ def similarities(  # type: ignore[no-untyped-def]  # numba infers the types
     support = np.flatnonzero(reference)  # a car has a few dozen of the 256 colours
     roots = np.sqrt(reference[support])
     sqrt_counts = np.sqrt(np.arange(samples.shape[0] + 1) / samples.shape[0])
-    counts = np.zeros(BINS, np.int64)
+    points = np.ascontiguousarray(samples.T)
+    places = np.empty(points.shape, np.int32)
+    counts = np.zeros((2, BINS), np.int32)
     result = np.empty(ellipses.shape[0])
     for n in range(ellipses.shape[0]):
         counts[:] = 0
-        histogram(image, table, ellipses[n], samples, counts)
+        add_counts(image, table, ellipses[n], points, places, counts)
         total = 0.0
         for u in range(support.shape[0]):
-            total += roots[u] * sqrt_counts[counts[support[u]]]
+            count = counts[0, support[u]] + counts[1, support[u]]
+            total += roots[u] * sqrt_counts[count]
         result[n] = min(total, 1.0)
     return result

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simbench.trackers.parts.colour_histogram import (
-    BINS,
     bin_table,
     disc_samples,
     histogram,
@@ -135,8 +134,7 @@ class ColourLikelihood:
         points: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Return the (BINS,) colour shares at points relative to one ellipse."""
-        counts = np.zeros(BINS, np.int64)
-        histogram(image, self.table, ellipse, points, counts)
+        counts = histogram(image, self.table, ellipse, points)
         return np.asarray(counts / max(int(counts.sum()), 1))
 
     def _compare(
