@@ -20,12 +20,7 @@ from simbench.core.errors import RenderError
 from simbench.render.gl import (
     offscreen,  # must come before pyrender: it sets the platform
 )
-from simbench.render.gl.batches import (
-    CellMesh,
-    InstancedMesh,
-    front_faces_only,
-    may_be_visible,
-)
+from simbench.render.gl.batches import CellMesh, front_faces_only
 from simbench.render.gl.framebuffers import Framebuffers
 from simbench.render.gl.lighting import Lighting
 from simbench.render.gl.rendered_frame import RenderedFrame
@@ -35,9 +30,9 @@ from simbench.render.gl.shadow_maps import ShadowMaps
 from simbench.render.gl.sky import Sky
 from simbench.render.gl.still_view import StillView
 from simbench.render.gl.textures import grain_texture
+from simbench.render.gl.vehicle_bodies import VehicleBodies
 from simbench.render.gl.vehicle_bounds import VehicleBounds
 from simbench.render.gl.windows import Window
-from simbench.render.world.detail import DetailLevels
 from simbench.render.world.mesh import Mesh, Surface
 from simbench.render.world.projection import (
     clip_matrix,
@@ -92,14 +87,8 @@ class SceneRenderer:
         self._ground = CellMesh(scene.ground)
         self._set_static_objects(scene.static_objects)
         self._distant = CellMesh(scene.distant)
-        counts = np.bincount(scene.body_of, minlength=len(scene.bodies)).tolist()
-        meshes = scene.bodies + scene.simple_bodies
-        self._bodies = [
-            InstancedMesh(mesh, count)
-            for mesh, count in zip(meshes, 2 * counts, strict=True)
-        ]
-        self._levels = DetailLevels(scene.heights)
         self._bounds = VehicleBounds(scene)
+        self._bodies = VehicleBodies(scene, self._bounds.reach)
         self._still = StillView(samples)
         self._sky = Sky()
 
@@ -117,8 +106,7 @@ class SceneRenderer:
         still = self._foliage, self._far_foliage, self._static
         for mesh in (self._ground, *still, self._distant):
             mesh.delete()
-        for instances in self._bodies:
-            instances.delete()
+        self._bodies.delete()
         self._lighting.delete()
         if self._shadows is not None:
             self._shadows.delete()
@@ -128,15 +116,8 @@ class SceneRenderer:
 
     def start_film(self) -> None:
         """Begin another film of the scene, as if none had been rendered before."""
-        self._levels = DetailLevels(self._scene.heights)
+        self._bodies.start_film()
         self.forget_last()
-
-    @property
-    def _mesh_of(self) -> NDArray[np.int64]:
-        """Index in ``_bodies`` of each vehicle's mesh, at its level of detail."""
-        simple = self._levels.is_simple * len(self._scene.bodies)
-        mesh_of: NDArray[np.int64] = self._scene.body_of + simple
-        return mesh_of
 
     def replace_static_objects(self, mesh: Mesh) -> None:
         """Render another mesh in place of the scene's static objects."""
@@ -188,7 +169,7 @@ class SceneRenderer:
             Factor on all light, as of an exposure.
         """
         offscreen.make_current()
-        self._levels.update(camera, poses, present)
+        self._bodies.choose_levels(camera, poses, present)
         clip = clip_matrix(camera)
         ground_m = self._bounds.ground_m(camera)
         fit = fit_shadow_maps(camera, self._scene.light.to_sun, ground_m)
@@ -201,7 +182,7 @@ class SceneRenderer:
             changed = self._still.changed(view, windows, poses, present)
         parts = [self._whole] if changed is None else changed
         self._draw_shadows(fit, poses, casts)
-        self._place(poses, present, clip)
+        self._bodies.place(poses, present, clip)
         lighting = self._lighting.uniforms(camera, poses, present, gain)
         self._draw_scene(camera, clip, fit.uniforms | lighting, parts)
         image, ids, depth = self._buffers.read(parts, with_depth=with_depth)
@@ -222,7 +203,7 @@ class SceneRenderer:
         """
         offscreen.make_current()
         clip = clip_matrix(camera)
-        self._place(poses, present, clip)
+        self._bodies.place(poses, present, clip)
         self._still.forget()
         self._buffers.bind_ids_only()
         self._draw_objects(clip, {"view_projection": clip}, [self._whole])
@@ -262,13 +243,8 @@ class SceneRenderer:
             return np.zeros(self._buffers.shape, np.bool_)
         with self._buffers.drawing_silhouette(window):
             self._programs["bare"].use({"view_projection": clip})
-            mesh_of = self._mesh_of[which]
             with front_faces_only():
-                for number in np.unique(mesh_of).tolist():
-                    body = self._bodies[number]
-                    chosen = which[mesh_of == number]
-                    body.place(poses[chosen].astype(np.float32))
-                    body.draw()
+                self._bodies.draw_only(poses, which)
         covered = self._buffers.read_silhouette(window)
         _require_no_error()
         return covered
@@ -283,28 +259,6 @@ class SceneRenderer:
         placed = self._bounds.corners(poses, which)
         height, width = self._buffers.shape
         return covering_window(clip, placed.reshape(-1, 3), width, height)
-
-    def _place(
-        self,
-        poses: NDArray[np.float64],
-        present: NDArray[np.bool_],
-        clip: NDArray[np.float64],
-    ) -> None:
-        """Set the instances of the vehicles that may be visible in a projection."""
-        tagged = poses.astype(np.float32)
-        tagged[:, 3, :3] = self._scene.paints
-        tagged[:, 3, 3] = self._scene.ids
-        centre, reach = poses[:, :3, 3], self._bounds.reach[:, None]
-        visible = present & may_be_visible(clip, centre - reach, centre + reach)
-        which = np.flatnonzero(visible)
-        mesh_of = self._mesh_of[which]
-        order = np.argsort(mesh_of, kind="stable")
-        tagged = tagged[which[order]]
-        ends = np.searchsorted(mesh_of[order], np.arange(len(self._bodies) + 1))
-        for instances, first, last in zip(
-            self._bodies, ends[:-1].tolist(), ends[1:].tolist(), strict=True
-        ):
-            instances.place(tagged[first:last])
 
     def _draw_shadows(
         self,
@@ -322,10 +276,9 @@ class SceneRenderer:
             self._static.draw(clip)
 
         def draw_vehicles(clip: NDArray[np.float64], number: int) -> None:
-            self._place(poses, casts[number], clip)
+            self._bodies.place(poses, casts[number], clip)
             self._programs["bare"].use({"view_projection": clip})
-            for instances in self._bodies:
-                instances.draw()
+            self._bodies.draw()
 
         spheres = np.column_stack([poses[:, :3, 3], self._bounds.reach])
         chosen = [spheres[each] for each in casts]
@@ -358,8 +311,7 @@ class SceneRenderer:
         """Draw all but the sky, from near to far: hidden samples are not shaded."""
         self._programs["VEHICLES"].use(uniforms)
         with front_faces_only():
-            for instances in self._bodies:
-                instances.draw()
+            self._bodies.draw()
         height, width = self._buffers.shape
         narrow = [part_of(clip, part, width, height) for part in parts]
         for part, mesh, *depths in (
