@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.parameter_checks import check_shares
 from simbench.trackers.parts.siamese_filter import SiameseFilterNetwork
-from simbench.trackers.parts.weights_file import given_weights, read_weights
+from simbench.trackers.parts.weights_file import trained
 from simbench.trackers.siamfc import SiamFc
 
 __all__ = ["CfNet"]
@@ -63,11 +62,6 @@ class CfNet(SiamFc):
 
     def _read_network(self) -> SiameseFilterNetwork:
         """Return the network of the weights."""
-        return _network(self.weights)
-
-
-@cache
-def _network(path: str) -> SiameseFilterNetwork:
-    """Return the network of a file of weights; of an empty path, that which ships."""
-    file = given_weights(path, simbench.trackers.weights.cfnet)
-    return SiameseFilterNetwork(read_weights(file))
+        return trained(
+            SiameseFilterNetwork, self.weights, simbench.trackers.weights.cfnet
+        )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +38,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import (
-    given_files,
-    given_weights,
-    read_weights,
-)
+from simbench.trackers.parts.weights_file import given_files, trained
 
 __all__ = ["Eco"]
 
@@ -143,7 +138,10 @@ class Eco:
         check_positive(self, "edge", "label_deviation")
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
-        self._maps = FeatureMaps(_network(self.weights), self._names)
+        self._maps = FeatureMaps(
+            trained(SiameseNetwork, self.weights, simbench.trackers.weights.siamfc),
+            self._names,
+        )
         self.data_files = given_files(self.weights)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
@@ -219,10 +217,3 @@ class Eco:
             _SERIES.interpolated(each, CELL, KINDS[name].start)
             for name, each in zip(self._names, cells, strict=True)
         ]
-
-
-@cache
-def _network(path: str) -> SiameseNetwork:
-    """Return the network of a file of weights; of an empty path, that which ships."""
-    file = given_weights(path, simbench.trackers.weights.siamfc)
-    return SiameseNetwork(read_weights(file))

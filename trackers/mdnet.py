@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +32,7 @@ from simbench.trackers.parts.parameter_checks import (
 )
 from simbench.trackers.parts.patch_network import PatchNetwork
 from simbench.trackers.parts.square_crops import GROWTH_RANGE, MIN_SIDE_PX
-from simbench.trackers.parts.weights_file import (
-    given_files,
-    given_weights,
-    read_weights,
-)
+from simbench.trackers.parts.weights_file import given_files, trained
 
 __all__ = ["MdNet"]
 
@@ -157,7 +152,9 @@ class MdNet:
             raise TrackerError("dropout must be below 1, got 1.0")
         if self.regressed < 0:
             raise TrackerError(f"regressed must be at least 0, got {self.regressed}")
-        self._network = _network(self.weights)
+        self._network = trained(
+            PatchNetwork, self.weights, simbench.trackers.weights.mdnet
+        )
         self.data_files = given_files(self.weights)
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> None:
@@ -256,10 +253,3 @@ class MdNet:
             self.iterations,
             self.update_factor,
         )
-
-
-@cache
-def _network(path: str) -> PatchNetwork:
-    """Return the network of a file of weights; of an empty path, that which ships."""
-    file = given_weights(path, simbench.trackers.weights.mdnet)
-    return PatchNetwork(read_weights(file))

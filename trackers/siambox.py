@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +25,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import (
-    given_files,
-    given_weights,
-    read_weights,
-)
+from simbench.trackers.parts.weights_file import given_files, trained
 
 __all__ = ["SiamBox"]
 
@@ -70,7 +65,9 @@ class SiamBox:
     def __post_init__(self) -> None:
         """Check the parameters, and read the weights."""
         check_shares(self, "size_rate", "window")
-        self._network = _network(self.weights)
+        self._network = trained(
+            SiameseBoxNetwork, self.weights, simbench.trackers.weights.siambox
+        )
         self.data_files = given_files(self.weights)
         self._peak = ResponsePeak(self.window)
 
@@ -116,13 +113,6 @@ class SiamBox:
         place = np.array(self._place) + step * (middle + off)
         size = step * np.array([left + right_side, top + bottom])
         return place, size, float(response.max())
-
-
-@cache
-def _network(path: str) -> SiameseBoxNetwork:
-    """Return the network of a file of weights; of an empty path, that which ships."""
-    file = given_weights(path, simbench.trackers.weights.siambox)
-    return SiameseBoxNetwork(read_weights(file))
 
 
 def _nearest(offset: float) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +25,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import (
-    given_files,
-    given_weights,
-    read_weights,
-)
+from simbench.trackers.parts.weights_file import given_files, trained
 
 __all__ = ["SiamFc"]
 
@@ -122,7 +117,7 @@ class SiamFc:
 
     def _read_network(self) -> SiameseNetwork:
         """Return the network of the weights."""
-        return _network(self.weights)
+        return trained(SiameseNetwork, self.weights, simbench.trackers.weights.siamfc)
 
     def _appearance(self, frame: Frame) -> NDArray[np.float32]:
         """Return what search regions are compared with, from the present place."""
@@ -142,10 +137,3 @@ class SiamFc:
             value, weight = highest[index], self.scale_weight
             highest[index] = value * weight if value > 0.0 else value / weight
         return int(np.argmax(highest))
-
-
-@cache
-def _network(path: str) -> SiameseNetwork:
-    """Return the network of a file of weights; of an empty path, that which ships."""
-    file = given_weights(path, simbench.trackers.weights.siamfc)
-    return SiameseNetwork(read_weights(file))

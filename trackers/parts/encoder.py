@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 
 import simbench.trackers.weights.encoder
 from simbench.core.errors import TrackerError
-from simbench.trackers.parts.weights_file import given_weights, read_weights
+from simbench.trackers.parts.weights_file import trained
 
 __all__ = ["PATCH_SCALE", "Encoder", "load_encoder"]
 
@@ -94,18 +92,7 @@ def load_encoder(path: str = "") -> Encoder:
     TrackerError
         If the file cannot be read, or holds no encoder.
     """
-    file = given_weights(path, simbench.trackers.weights.encoder)
-    try:
-        state = file.stat()
-    except (OSError, ValueError):  # ValueError: a NUL in the name
-        return Encoder(read_weights(file))  # which says what is wrong
-    return _encoder(file, state.st_mtime_ns, state.st_size)
-
-
-@cache
-def _encoder(file: Path, mtime_ns: int, size: int) -> Encoder:
-    """Read a file once in the state that its time and size tell."""
-    return Encoder(read_weights(file))
+    return trained(Encoder, path, simbench.trackers.weights.encoder)
 
 
 def _folded(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Final
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,15 @@ __all__ = [
     "pack_weights",
     "read_weights",
     "shipped_weights",
+    "trained",
 ]
+
+T = TypeVar("T")
+
 
 MOST_BYTES: Final = 64 * 2**20
 _MOST_CARD_BYTES: Final = 2**20
+_MOST_KEPT: Final = 16  # networks of a process
 _FIXED_DATE: Final = (1980, 1, 1, 0, 0, 0)
 """Of entries: the same arrays give the same bytes."""
 
@@ -101,3 +107,35 @@ def read_weights(path: Path) -> dict[str, NDArray[Any]]:
             return {name: archive[name] for name in archive.files}
     except (ValueError, OSError, zipfile.BadZipFile, AttributeError) as error:
         raise TrackerError(f"weights: {path}: expected an .npz file: {error}") from None
+
+
+def trained(
+    make: Callable[[Mapping[str, NDArray[Any]]], T], weights: str, package: ModuleType
+) -> T:
+    """Return what is made of a file of weights, which a process reads once.
+
+    Parameters
+    ----------
+    make : callable
+        Takes the arrays by name; the same function or class in each call.
+    weights : str
+        The file; empty for the one in ``package``. It is read again when its time or
+        its size has changed.
+    package : module
+
+    Raises
+    ------
+    TrackerError
+        If it cannot be read, see `read_weights`, or ``make`` refuses its arrays.
+    """
+    file = given_weights(weights, package)
+    try:
+        state = file.stat()
+    except (OSError, ValueError):  # ValueError: a NUL in the name
+        return make(read_weights(file))  # which says what is wrong
+    return cast(T, _made(make, file, state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(_MOST_KEPT)
+def _made(make: Callable[..., Any], file: Path, mtime_ns: int, size: int) -> Any:
+    return make(read_weights(file))

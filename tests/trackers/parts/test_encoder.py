@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 from itertools import pairwise
 from pathlib import Path
 
@@ -112,6 +113,19 @@ def test_changed_weights_are_refused(tmp_path: Path) -> None:
     card_path(path).unlink()
     with pytest.raises(TrackerError, match=r"w\.json: cannot be read"):
         read_weights(path)
+
+
+def test_weights_are_read_once_and_again_when_they_have_changed(
+    tmp_path: Path,
+) -> None:
+    path = written(tmp_path, pack_weights(arrays()))
+    first = load_encoder(str(path))
+    assert load_encoder(str(path)) is first
+    written(tmp_path, pack_weights(arrays(seed=1)))  # as 'train --replace' does
+    os.utime(path, ns=(0, path.stat().st_mtime_ns + 1_000_000_000))
+    patches = np.ones((1, 1024), np.float32) / 32.0
+    again = load_encoder(str(path))
+    assert not np.array_equal(first.features(patches), again.features(patches))
 
 
 def test_logistic_layer_learns_classes_of_unequal_size() -> None:
