@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
-import time
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from simbench.runtime.limits import environment
 from simbench.runtime.pool import Job, JobEvent, WorkerPool
 from simbench.trackers.find_tracker import TrackerSpec, find_tracker
 from tests.attack.bad_trackers import BAD_TRACKERS, HANGS, Walk, fault_of
+from tests.runtime.test_pool import wait_until
 from tests.tiny_sequence import tiny_sequence
 
 ROOT = Path(__file__).parents[2]
@@ -209,6 +211,16 @@ class Takes300MB(Walk):
         self.memory = np.ones(300 * 2**17)
 
 
+def _other_threads_sleep() -> bool:
+    states = []
+    for task in Path("/proc/self/task").iterdir():
+        if task.name != str(threading.get_native_id()):
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # ended
+                stat = (task / "stat").read_text()
+                states.append(stat.rpartition(")")[2].split()[0])
+    return set(states) <= {"S"}
+
+
 def test_threads_of_opencv_that_idle_in_the_parent_do_not_block_the_child(
     sequence: Sequence,
 ) -> None:
@@ -216,10 +228,10 @@ def test_threads_of_opencv_that_idle_in_the_parent_do_not_block_the_child(
     cv2.setNumThreads(2)
     try:
         cv2.GaussianBlur(np.zeros((2000, 2000, 3), np.uint8), (31, 31), 9)
-        time.sleep(0.5)  # until they wait for work
+        wait_until(_other_threads_sleep)
         start = Box.from_array(sequence.truth.boxes[0])
         request = TrackRequest(find_tracker("still"), sequence.frames, start, seed=4)
-        found = track_isolated(request, Limits(timeout_s=5.0))
+        found = track_isolated(request, Limits(timeout_s=60.0))
         assert cv2.getNumThreads() == 2
     finally:
         cv2.setNumThreads(threads)
