@@ -158,13 +158,14 @@ def prepare_workers(jobs: int | None, cluster: str, *, renders: bool = True) -> 
     cluster : str
         Address of a cluster, whose workers are not started here; empty for none.
     renders : bool
-        Whether the command will have to know which OpenGL renders.
+        Whether the command makes films: what that needs is imported, and it is found
+        out which OpenGL renders.
     """
     if jobs != 0 and not cluster:
         from simbench.runtime.forked_process import start_fork_server
         from simbench.runtime.opengl_renderer import look_for_opengl
 
-        start_fork_server()
+        start_fork_server(renders=renders)
         if renders:
             look_for_opengl()
 

@@ -63,7 +63,7 @@ def train(
     bytes on one machine. The encoder needs the extra 'train'.
     """
     require_name("NAME", name, TRAININGS)
-    prepare_workers(jobs, "", renders=False)
+    prepare_workers(jobs, "")
 
     from simbench.learning.train import train as train_network
     from simbench.runtime.versions import core_count

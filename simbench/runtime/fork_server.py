@@ -20,21 +20,25 @@ import sys
 import traceback
 import warnings
 from multiprocessing.connection import Connection
-from typing import Final, NoReturn
+from typing import Final, NamedTuple, NoReturn
 
 from simbench.runtime.process_control import die_with
 from simbench.runtime.worker import serve
 
-__all__ = ["main"]
+__all__ = ["AT_ONCE", "PREPARED", "main"]
 
 _FIRST: Final = "simbench.render.gl.offscreen"
 """What the first worker of most commands needs, which is asked which OpenGL renders."""
 
-_IMPORTED: Final = (
+_OF_FILMS: Final = (
     "simbench.generation.generate",
     "simbench.scenarios.highway.sumo_process",
-    "numba.core.registry",
     "simbench.generation.dataset.make_sequence",
+)
+"""What workers that make films need."""
+
+_OF_ALL: Final = (
+    "numba.core.registry",
     "simbench.experiments.tasks",
     "pandas",  # PyArrow imports it for the first table that is written
     "simbench.evaluation.score_track",
@@ -42,20 +46,34 @@ _IMPORTED: Final = (
 )
 """What most workers need. One forked earlier would import the rest once more."""
 
+AT_ONCE: Final = b"o"
+"""Of a request: the process is needed now, and imports what it needs."""
+
+PREPARED: Final = b"p"
+"""Of a request: the process is to be forked when all has been imported."""
+
 _NEWS: Final = struct.Struct("!i")
 
 
-def main(requests: int, lifeline: int) -> NoReturn:
+class _Request(NamedTuple):
+    pipe: int
+    told: int
+    is_urgent: bool
+
+
+def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
     """Fork a process for each request, until the process that asks has ended.
 
     Parameters
     ----------
     requests : int
-        Socket. A request is one byte with two file descriptors: the pipe that the new
-        process is to serve, and one on which its number and, in the end, its exit
-        status are told (four bytes each).
+        Socket. A request is a byte, `AT_ONCE` or `PREPARED`, with two file descriptors:
+        the pipe that the new process is to serve, and one on which its number and, in
+        the end, its exit status are told (four bytes each).
     lifeline : int
         Read end of a pipe that nobody else keeps open.
+    renders : bool
+        Whether workers will make films; if not, each that does imports what it needs.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGCHLD, _wake)
@@ -64,13 +82,21 @@ def main(requests: int, lifeline: int) -> NoReturn:
     with socket.socket(fileno=requests) as channel:
         running: dict[int, int] = {}
         own = [requests, lifeline, wake, woken]
-        _import(_FIRST)
-        while select.select([requests], [], [], 0.0)[0] and _answer(
-            channel, running, own
-        ):
-            pass
-        for name in _IMPORTED:
+        waiting = []
+        if renders:
+            _import(_FIRST)
+        while select.select([requests], [], [], 0.0)[0]:
+            request = _receive(channel)
+            if request is None:
+                break
+            if request.is_urgent:
+                _fork(request, running, own)
+            else:
+                waiting.append(request)
+        for name in (*(_OF_FILMS if renders else ()), *_OF_ALL):
             _import(name)
+        for request in waiting:
+            _fork(request, running, own)
         while True:
             ready, _, _ = select.select([requests, lifeline, wake], [], [])
             if lifeline in ready:
@@ -79,7 +105,9 @@ def main(requests: int, lifeline: int) -> NoReturn:
                 os.read(wake, 4096)
                 _tell_ends(running)
             if requests in ready:
-                _answer(channel, running, own)
+                request = _receive(channel)
+                if request is not None:
+                    _fork(request, running, own)
 
 
 def _import(name: str) -> None:
@@ -112,12 +140,17 @@ def _tell_ends(running: dict[int, int]) -> None:
         os.close(told)
 
 
-def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> bool:
-    """Fork a process for one request; whether there was one."""
-    _, received, _, _ = socket.recv_fds(channel, 1, 2)
-    if len(received) < 2:  # closed; the lifeline follows
-        return False
-    pipe, told = received
+def _receive(channel: socket.socket) -> _Request | None:
+    """Return a request; None where the socket is closed, and the lifeline follows."""
+    kind, received, _, _ = socket.recv_fds(channel, 1, 2)
+    if len(received) < 2:
+        return None
+    return _Request(received[0], received[1], kind == AT_ONCE)
+
+
+def _fork(request: _Request, running: dict[int, int], own: list[int]) -> None:
+    """Fork the process of a request."""
+    pipe, told = request.pipe, request.told
     server = os.getpid()
     with warnings.catch_warnings():
         # Python 3.12 warns of forks in processes with threads; that of the allocator
@@ -130,7 +163,6 @@ def _answer(channel: socket.socket, running: dict[int, int], own: list[int]) -> 
     with contextlib.suppress(BrokenPipeError):
         os.write(told, _NEWS.pack(pid))
     running[pid] = told
-    return True
 
 
 def _serve_and_exit(pipe: int, server: int, foreign: list[int]) -> NoReturn:

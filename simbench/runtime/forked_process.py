@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from typing import Final
 
+from simbench.runtime.fork_server import AT_ONCE, PREPARED
 from simbench.runtime.limits import environment
 
 __all__ = ["ForkedProcess", "fork_worker", "start_fork_server"]
@@ -99,14 +100,14 @@ class ForkedProcess:
 class _ForkServer:
     """The fork server of this process, seen from this process."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, renders: bool) -> None:
         self.settings = _import_settings()
         self._requests, theirs = socket.socketpair()
         lifeline, self._lifeline = os.pipe()
         program = (
             f"import sys; sys.path[:] = {sys.path!r}; "
             f"from simbench.runtime.fork_server import main; "
-            f"main({theirs.fileno()}, {lifeline})"
+            f"main({theirs.fileno()}, {lifeline}, {renders})"
         )
         with theirs, _interrupts_ignored():  # from the beginning
             self._process = subprocess.Popen(
@@ -122,11 +123,11 @@ class _ForkServer:
         """Whether it runs, and libraries would be imported in the same way today."""
         return self._process.poll() is None and self.settings == _import_settings()
 
-    def fork(self, pipe: Connection) -> ForkedProcess:
+    def fork(self, pipe: Connection, kind: bytes) -> ForkedProcess:
         """Request a process that serves the pipe."""
         news, told = os.pipe()
         with contextlib.suppress(OSError):  # it has died: so has the process, then
-            socket.send_fds(self._requests, [b"f"], [pipe.fileno(), told])
+            socket.send_fds(self._requests, [kind], [pipe.fileno(), told])
         os.close(told)
         return ForkedProcess(news)
 
@@ -146,27 +147,35 @@ _lock = threading.Lock()
 _servers: list[_ForkServer] = []  # the last one forks; earlier ones may have workers
 
 
-def start_fork_server() -> None:
-    """Start a fork server if there is none: it imports while this process goes on."""
+def start_fork_server(*, renders: bool = True) -> None:
+    """Start a fork server if there is none: it imports while this process goes on.
+
+    Parameters
+    ----------
+    renders : bool
+        Whether its workers will make films, which needs most of the imports.
+    """
     with _lock:
-        _current()
+        _current(renders=renders)
 
 
-def fork_worker(pipe: Connection) -> ForkedProcess:
+def fork_worker(pipe: Connection, *, at_once: bool = False) -> ForkedProcess:
     """Fork a process that runs `simbench.runtime.worker.serve` on a pipe.
 
     Parameters
     ----------
     pipe : Connection
         The end of the child; to be closed by the caller.
+    at_once : bool
+        Whether it is needed before what most workers need has been imported.
     """
     with _lock:
-        return _current().fork(pipe)
+        return _current().fork(pipe, AT_ONCE if at_once else PREPARED)
 
 
-def _current() -> _ForkServer:
+def _current(*, renders: bool = True) -> _ForkServer:
     if not _servers or not _servers[-1].is_usable:
-        _servers.append(_ForkServer())
+        _servers.append(_ForkServer(renders=renders))
     return _servers[-1]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from simbench.runtime.limits import environment
-from simbench.runtime.pool import Job, JobEvent, WorkerPool
+from simbench.runtime.pool import AT_ONCE, Job, JobEvent, WorkerPool
 from simbench.runtime.run_jobs import run_jobs
 from simbench.runtime.worker import ReportProgress
 
@@ -59,7 +59,7 @@ os.register_at_fork(after_in_child=_forget_unfinished)
 
 def _ask_worker() -> str:
     ended: list[JobEvent] = []
-    waiting = iter([Job("opengl", "render", _describe_opengl, (), _TIMEOUT_S)])
+    waiting = iter([Job("opengl", AT_ONCE, _describe_opengl, (), _TIMEOUT_S)])
     with WorkerPool(1, environment(1), Path(os.devnull)) as pool:
         run_jobs(pool, lambda: next(waiting, None), ended.append)
     (event,) = ended

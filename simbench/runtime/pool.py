@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Final, Literal, Protocol, Self
 
 from simbench.core.errors import one_line
 from simbench.runtime.exit_status import exit_reason, is_killed_from_outside
@@ -26,7 +26,18 @@ from simbench.runtime.forked_process import (
 from simbench.runtime.messages import Inbox, send
 from simbench.runtime.worker import JobLostError, ReportProgress, WorkerSettings
 
-__all__ = ["Job", "JobEvent", "JobLostError", "Pool", "ReportProgress", "WorkerPool"]
+__all__ = [
+    "AT_ONCE",
+    "Job",
+    "JobEvent",
+    "JobLostError",
+    "Pool",
+    "ReportProgress",
+    "WorkerPool",
+]
+
+AT_ONCE: Final = "at once"
+"""Kind of jobs that start before what other workers need has been imported."""
 
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
 _EXIT_LIMIT_S = 5.0  # by itself
@@ -106,7 +117,7 @@ class _Worker:
         self.kind = kind
         self.pipe, child_end = multiprocessing.Pipe()
         with child_end:
-            self.process = fork_worker(child_end)
+            self.process = fork_worker(child_end, at_once=kind == AT_ONCE)
         with contextlib.suppress(OSError):  # it died: the end of the pipe tells
             send(self.pipe, settings)
         self.job: Job | None = None

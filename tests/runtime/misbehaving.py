@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import sys
 import tempfile
 import time
 from dataclasses import replace
@@ -92,6 +93,10 @@ def answer(value: int, report: ReportProgress) -> int:
 
 def process_id(report: ReportProgress) -> int:
     return os.getpid()
+
+
+def has_imported(name: str, report: ReportProgress) -> bool:
+    return name in sys.modules
 
 
 def says(text: str, report: ReportProgress) -> int:

@@ -216,6 +216,27 @@ def test_leaving_the_block_ends_idle_workers_and_loses_nothing_that_they_printed
     wait_until(lambda: is_gone(told))
 
 
+@pytest.mark.parametrize("renders", [True, False])
+def test_workers_of_a_command_that_makes_films_have_imported_what_that_needs(
+    renders: bool, tmp_path: Path
+) -> None:
+    program = f"""
+import pathlib, sys
+sys.path.insert(0, {str(ROOT)!r})
+from simbench.runtime.forked_process import start_fork_server
+from simbench.runtime.pool import WorkerPool
+from tests.runtime import misbehaving
+from tests.runtime.test_pool import job, outcome
+start_fork_server(renders={renders})
+with WorkerPool(1, {{}}, pathlib.Path({str(tmp_path / "log")!r})) as crew:
+    for name in ("simbench.generation.generate", "pandas"):
+        print(outcome(crew, job(misbehaving.has_imported, name))[0].value)
+"""
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [str(renders), "True"]
+
+
 def test_workers_die_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     told = tmp_path / "told"
     program = f"""
