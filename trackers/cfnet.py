@@ -11,7 +11,7 @@ from simbench.core.frame import Frame
 from simbench.core.tracker import Estimate
 from simbench.trackers.parts.parameter_checks import check_shares
 from simbench.trackers.parts.siamese_filter import SiameseFilterNetwork
-from simbench.trackers.parts.weights_file import trained
+from simbench.trackers.parts.weights_file import load_network
 from simbench.trackers.siamfc import SiamFc
 
 __all__ = ["CfNet"]
@@ -62,6 +62,6 @@ class CfNet(SiamFc):
 
     def _read_network(self) -> SiameseFilterNetwork:
         """Return the network of the weights."""
-        return trained(
+        return load_network(
             SiameseFilterNetwork, self.weights, simbench.trackers.weights.cfnet
         )

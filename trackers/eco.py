@@ -38,7 +38,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import given_files, trained
+from simbench.trackers.parts.weights_file import given_files, load_network
 
 __all__ = ["Eco"]
 
@@ -139,7 +139,9 @@ class Eco:
         if not self.scale_step > 1.0:
             raise TrackerError(f"scale_step must be above 1, got {self.scale_step}")
         self._maps = FeatureMaps(
-            trained(SiameseNetwork, self.weights, simbench.trackers.weights.siamfc),
+            load_network(
+                SiameseNetwork, self.weights, simbench.trackers.weights.siamfc
+            ),
             self._names,
         )
         self.data_files = given_files(self.weights)

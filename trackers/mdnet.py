@@ -32,7 +32,7 @@ from simbench.trackers.parts.parameter_checks import (
 )
 from simbench.trackers.parts.patch_network import PatchNetwork
 from simbench.trackers.parts.square_crops import GROWTH_RANGE, MIN_SIDE_PX
-from simbench.trackers.parts.weights_file import given_files, trained
+from simbench.trackers.parts.weights_file import given_files, load_network
 
 __all__ = ["MdNet"]
 
@@ -152,7 +152,7 @@ class MdNet:
             raise TrackerError("dropout must be below 1, got 1.0")
         if self.regressed < 0:
             raise TrackerError(f"regressed must be at least 0, got {self.regressed}")
-        self._network = trained(
+        self._network = load_network(
             PatchNetwork, self.weights, simbench.trackers.weights.mdnet
         )
         self.data_files = given_files(self.weights)

@@ -25,7 +25,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import given_files, trained
+from simbench.trackers.parts.weights_file import given_files, load_network
 
 __all__ = ["SiamBox"]
 
@@ -65,7 +65,7 @@ class SiamBox:
     def __post_init__(self) -> None:
         """Check the parameters, and read the weights."""
         check_shares(self, "size_rate", "window")
-        self._network = trained(
+        self._network = load_network(
             SiameseBoxNetwork, self.weights, simbench.trackers.weights.siambox
         )
         self.data_files = given_files(self.weights)

@@ -25,7 +25,7 @@ from simbench.trackers.parts.square_crops import (
     inside,
     square_crops,
 )
-from simbench.trackers.parts.weights_file import given_files, trained
+from simbench.trackers.parts.weights_file import given_files, load_network
 
 __all__ = ["SiamFc"]
 
@@ -117,7 +117,9 @@ class SiamFc:
 
     def _read_network(self) -> SiameseNetwork:
         """Return the network of the weights."""
-        return trained(SiameseNetwork, self.weights, simbench.trackers.weights.siamfc)
+        return load_network(
+            SiameseNetwork, self.weights, simbench.trackers.weights.siamfc
+        )
 
     def _appearance(self, frame: Frame) -> NDArray[np.float32]:
         """Return what search regions are compared with, from the present place."""

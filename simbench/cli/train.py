@@ -60,7 +60,7 @@ def train(
     """Train a network on generated films, and write its weights and a card.
 
     Films are kept in the user's cache folder. The same recipe and seed give the same
-    bytes on one machine. The encoder needs the extra 'train'.
+    bytes on one machine and device. All but nbrf need the extra 'train'.
     """
     require_name("NAME", name, TRAININGS)
     prepare_workers(jobs, "")

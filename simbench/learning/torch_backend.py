@@ -1,4 +1,4 @@
-"""PyTorch on a GPU where there is one; the same seed gives the same bytes there."""
+"""PyTorch on a GPU where there is one; a seed gives the same bytes on one device."""
 
 from __future__ import annotations
 

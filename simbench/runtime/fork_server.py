@@ -22,10 +22,11 @@ import warnings
 from multiprocessing.connection import Connection
 from typing import Final, NamedTuple, NoReturn
 
+from simbench.runtime.messages import AT_ONCE
 from simbench.runtime.process_control import die_with
 from simbench.runtime.worker import serve
 
-__all__ = ["AT_ONCE", "PREPARED", "main"]
+__all__ = ["main"]
 
 _FIRST: Final = "simbench.render.gl.offscreen"
 """What the first worker of most commands needs, which is asked which OpenGL renders."""
@@ -45,12 +46,6 @@ _OF_ALL: Final = (
     "simbench.trackers.condensation",
 )
 """What most workers need. One forked earlier would import the rest once more."""
-
-AT_ONCE: Final = b"o"
-"""Of a request: the process is needed now, and imports what it needs."""
-
-PREPARED: Final = b"p"
-"""Of a request: the process is to be forked when all has been imported."""
 
 _NEWS: Final = struct.Struct("!i")
 
@@ -82,23 +77,11 @@ def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
     with socket.socket(fileno=requests) as channel:
         running: dict[int, int] = {}
         own = [requests, lifeline, wake, woken]
-        waiting = []
-        if renders:
-            _import(_FIRST)
-        while select.select([requests], [], [], 0.0)[0]:
-            request = _receive(channel)
-            if request is None:
-                break
-            if request.is_urgent:
-                _fork(request, running, own)
-            else:
-                waiting.append(request)
-        for name in (*(_OF_FILMS if renders else ()), *_OF_ALL):
-            _import(name)
-        for request in waiting:
-            _fork(request, running, own)
+        waiting: list[_Request] = []
+        names = [*((_FIRST, *_OF_FILMS) if renders else ()), *_OF_ALL]
         while True:
-            ready, _, _ = select.select([requests, lifeline, wake], [], [])
+            waits_s = 0.0 if names else None
+            ready, _, _ = select.select([requests, lifeline, wake], [], [], waits_s)
             if lifeline in ready:
                 os._exit(0)  # the kernel ends those that were forked
             if wake in ready:
@@ -107,7 +90,13 @@ def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
             if requests in ready:
                 request = _receive(channel)
                 if request is not None:
-                    _fork(request, running, own)
+                    waiting.append(request)
+            elif names:
+                _import(names.pop(0))
+            for request in [one for one in waiting if one.is_urgent or not names]:
+                waiting.remove(request)
+                kept_out = [fd for one in waiting for fd in (one.pipe, one.told)]
+                _fork(request, running, [*own, *kept_out])
 
 
 def _import(name: str) -> None:

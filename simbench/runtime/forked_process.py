@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from typing import Final
 
-from simbench.runtime.fork_server import AT_ONCE, PREPARED
 from simbench.runtime.limits import environment
+from simbench.runtime.messages import AT_ONCE, PREPARED
 
 __all__ = ["ForkedProcess", "fork_worker", "start_fork_server"]
 
@@ -64,7 +64,7 @@ class ForkedProcess:
     def kill(self, within_s: float = _ANSWER_S) -> None:
         """End the process, and wait until it has ended, at most so many seconds.
 
-        Without an end, the system may still be taking down its memory.
+        If it has not ended by then, the system still frees its memory.
         """
         while not self._has_told_pid and self._read(_ANSWER_S):
             pass
@@ -145,6 +145,7 @@ class _ForkServer:
 
 _lock = threading.Lock()
 _servers: list[_ForkServer] = []  # the last one forks; earlier ones may have workers
+_ending: list[bool] = []  # not empty once this process ends
 
 
 def start_fork_server(*, renders: bool = True) -> None:
@@ -174,14 +175,18 @@ def fork_worker(pipe: Connection, *, at_once: bool = False) -> ForkedProcess:
 
 
 def _current(*, renders: bool = True) -> _ForkServer:
+    if _ending:
+        raise RuntimeError("this process ends: no worker can be started")
     if not _servers or not _servers[-1].is_usable:
         _servers.append(_ForkServer(renders=renders))
     return _servers[-1]
 
 
 def _stop_all() -> None:
-    while _servers:
-        _servers.pop().stop()
+    with _lock:  # a thread may still want a worker
+        _ending.append(True)
+        while _servers:
+            _servers.pop().stop()
 
 
 def _forget_all() -> None:

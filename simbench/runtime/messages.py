@@ -13,7 +13,13 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
-__all__ = ["Inbox", "receive", "send"]
+__all__ = ["AT_ONCE", "PREPARED", "Inbox", "receive", "send"]
+
+AT_ONCE = b"o"
+"""Asks the fork server for a process as soon as it can: that imports what it needs."""
+
+PREPARED = b"p"
+"""Asks it for a process that is forked when all has been imported."""
 
 _HEADER = struct.Struct("!Q")  # bytes of the message that follows
 _LONGEST = 2**30  # bytes

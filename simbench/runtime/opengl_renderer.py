@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
+from simbench.runtime.forked_process import start_fork_server
 from simbench.runtime.limits import environment
 from simbench.runtime.pool import AT_ONCE, Job, JobEvent, WorkerPool
 from simbench.runtime.run_jobs import run_jobs
@@ -41,8 +42,10 @@ def _looked_for() -> Future[str]:
         try:
             found.set_result(_ask_worker())
         except BaseException as error:
+            _looked_for.cache_clear()  # the next call tries again
             found.set_exception(error)
 
+    start_fork_server()  # here: only the main thread keeps Ctrl-C from it
     # an executor would let a command that ends with an error wait for the answer
     threading.Thread(target=look, name="opengl", daemon=True).start()
     return found

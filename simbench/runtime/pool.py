@@ -37,11 +37,10 @@ __all__ = [
 ]
 
 AT_ONCE: Final = "at once"
-"""Kind of jobs that start before what other workers need has been imported."""
+"""Kind of jobs that do not wait until what other workers need has been imported."""
 
 _START_LIMIT_S = 300.0  # to start a process and import what the job needs
-_EXIT_LIMIT_S = 5.0  # by itself
-_END_LIMIT_S = 60.0  # when killed
+_EXIT_LIMIT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +155,11 @@ class _Worker:
         self.process.has_ended(_EXIT_LIMIT_S)
         self.kill()
 
-    def kill(self, within_s: float = _END_LIMIT_S) -> None:
-        self.process.kill(within_s)
+    def kill(self, *, awaited: bool = True) -> None:
+        if awaited:
+            self.process.kill()
+        else:
+            self.process.kill(0.0)
         self.process.close()
         self.pipe.close()
 
@@ -198,7 +200,7 @@ class WorkerPool:
         to a second to take down their memory.
         """
         for worker in self._workers:
-            worker.kill(0.0 if worker.job is None else _END_LIMIT_S)
+            worker.kill(awaited=worker.job is not None)
         self._workers = []
 
     @property

@@ -105,7 +105,8 @@ def serve(pipe: Connection) -> None:
             except BaseException as error:  # Ctrl-C is ignored: all come from the job
                 traceback.print_exc()
                 answer = "failed", one_line(error)
-            with contextlib.suppress(OSError):  # it may be killed once it has answered
+            # once it has answered, it may be killed
+            with contextlib.suppress(Exception):
                 sys.stdout.flush()
             send(pipe, answer)
 

@@ -218,7 +218,7 @@ def _other_threads_sleep() -> bool:
             with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # ended
                 stat = (task / "stat").read_text()
                 states.append(stat.rpartition(")")[2].split()[0])
-    return set(states) <= {"S"}
+    return set(states) == {"S"}
 
 
 def test_threads_of_opencv_that_idle_in_the_parent_do_not_block_the_child(

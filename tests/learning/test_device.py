@@ -78,11 +78,12 @@ def test_all_tensors_of_a_loss_are_on_the_default_device(
     monkeypatch.setattr(module, "to_array", lambda x: np.zeros(x.shape), raising=False)
     monkeypatch.setattr(learns, "learn", _learn_nothing)
     training: Training = module.TRAINING
+    before = torch.get_default_device()
     try:
         with pytest.raises(StopIteration):
             training.train(recipe, marked_crops(tmp_path), 0, silent)
     finally:
-        torch.set_default_device("cpu")
+        torch.set_default_device(before)
 
 
 @pytest.mark.skipif(not _has_gpu(), reason="needs a GPU of CUDA")

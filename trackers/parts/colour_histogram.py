@@ -127,8 +127,8 @@ def add_counts(  # type: ignore[no-untyped-def]  # numba infers the types
     places : (2, K) int32
         Space to work in: columns and rows are found first, for all points at once.
     counts : (2, BINS) int32
-        Added to, in turn, since a count that was just written is read slowly: their
-        sum counts the colours. Samples outside the image are not counted.
+        Added to: points go to the two rows alternately, since a count that was just
+        written is read slowly. Points outside the image are not counted.
     """
     height, width = np.uint32(image.shape[0]), np.uint32(image.shape[1])
     x, y, half_width, half_height = ellipse[0], ellipse[1], ellipse[2], ellipse[3]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import simbench.trackers.weights.encoder
 from simbench.core.errors import TrackerError
-from simbench.trackers.parts.weights_file import trained
+from simbench.trackers.parts.weights_file import load_network
 
 __all__ = ["PATCH_SCALE", "Encoder", "load_encoder"]
 
@@ -92,7 +92,7 @@ def load_encoder(path: str = "") -> Encoder:
     TrackerError
         If the file cannot be read, or holds no encoder.
     """
-    return trained(Encoder, path, simbench.trackers.weights.encoder)
+    return load_network(Encoder, path, simbench.trackers.weights.encoder)
 
 
 def _folded(

@@ -21,14 +21,13 @@ __all__ = [
     "card_path",
     "given_files",
     "given_weights",
+    "load_network",
     "pack_weights",
     "read_weights",
     "shipped_weights",
-    "trained",
 ]
 
 T = TypeVar("T")
-
 
 MOST_BYTES: Final = 64 * 2**20
 _MOST_CARD_BYTES: Final = 2**20
@@ -109,7 +108,7 @@ def read_weights(path: Path) -> dict[str, NDArray[Any]]:
         raise TrackerError(f"weights: {path}: expected an .npz file: {error}") from None
 
 
-def trained(
+def load_network(
     make: Callable[[Mapping[str, NDArray[Any]]], T], weights: str, package: ModuleType
 ) -> T:
     """Return what is made of a file of weights, which a process reads once.
