@@ -12,7 +12,7 @@ from tests.trackers.clips import Clip
 
 pytestmark = pytest.mark.bench
 
-KCF_RATIO = 7.0  # of sirbf-paper, as condensation-paper
+KCF_RATIO = 9.0  # of sirbf-paper, as condensation-paper
 NBRF_RATIO = 3.0  # most times sirbf's time, at equal particles
 PARTICLE_RATIO = 2.0  # cost per particle at 10,000 against that at 1,000
 

@@ -126,8 +126,8 @@ def test_tracker_that_hangs_costs_its_own_row(folder: RunFolder) -> None:
 def test_worker_that_never_starts_is_no_score_and_is_tried_again(
     folder: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fork_and_kill(pipe: Connection) -> ForkedProcess:
-        process = fork_worker(pipe)
+    def fork_and_kill(pipe: Connection, *, at_once: bool) -> ForkedProcess:
+        process = fork_worker(pipe, at_once=at_once)
         process.kill()
         return process
 
