@@ -22,7 +22,7 @@ import warnings
 from multiprocessing.connection import Connection
 from typing import Final, NamedTuple, NoReturn
 
-from simbench.runtime.messages import AT_ONCE
+from simbench.runtime.messages import FORK_NOW
 from simbench.runtime.process_control import die_with
 from simbench.runtime.worker import serve
 
@@ -52,8 +52,8 @@ _NEWS: Final = struct.Struct("!i")
 
 class _Request(NamedTuple):
     pipe: int
-    told: int
-    is_urgent: bool
+    status_pipe: int
+    at_once: bool
 
 
 def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
@@ -62,9 +62,9 @@ def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
     Parameters
     ----------
     requests : int
-        Socket. A request is a byte, `AT_ONCE` or `PREPARED`, with two file descriptors:
-        the pipe that the new process is to serve, and one on which its number and, in
-        the end, its exit status are told (four bytes each).
+        Socket. A request is a byte, `FORK_NOW` or `FORK_PREPARED`, with two file
+        descriptors: the pipe that the new process is to serve, and one to which its
+        number and, in the end, its exit status are written (four bytes each).
     lifeline : int
         Read end of a pipe that nobody else keeps open.
     renders : bool
@@ -93,9 +93,9 @@ def main(requests: int, lifeline: int, renders: bool) -> NoReturn:
                     waiting.append(request)
             elif names:
                 _import(names.pop(0))
-            for request in [one for one in waiting if one.is_urgent or not names]:
+            for request in [one for one in waiting if one.at_once or not names]:
                 waiting.remove(request)
-                kept_out = [fd for one in waiting for fd in (one.pipe, one.told)]
+                kept_out = [fd for one in waiting for fd in (one.pipe, one.status_pipe)]
                 _fork(request, running, [*own, *kept_out])
 
 
@@ -123,10 +123,10 @@ def _tell_ends(running: dict[int, int]) -> None:
             return
         if not pid:
             return
-        told = running.pop(pid)
+        status_pipe = running.pop(pid)
         with contextlib.suppress(BrokenPipeError):
-            os.write(told, _NEWS.pack(os.waitstatus_to_exitcode(status)))
-        os.close(told)
+            os.write(status_pipe, _NEWS.pack(os.waitstatus_to_exitcode(status)))
+        os.close(status_pipe)
 
 
 def _receive(channel: socket.socket) -> _Request | None:
@@ -134,12 +134,12 @@ def _receive(channel: socket.socket) -> _Request | None:
     kind, received, _, _ = socket.recv_fds(channel, 1, 2)
     if len(received) < 2:
         return None
-    return _Request(received[0], received[1], kind == AT_ONCE)
+    return _Request(received[0], received[1], kind == FORK_NOW)
 
 
 def _fork(request: _Request, running: dict[int, int], own: list[int]) -> None:
     """Fork the process of a request."""
-    pipe, told = request.pipe, request.told
+    pipe, status_pipe = request.pipe, request.status_pipe
     server = os.getpid()
     with warnings.catch_warnings():
         # Python 3.12 warns of forks in processes with threads; that of the allocator
@@ -147,11 +147,11 @@ def _fork(request: _Request, running: dict[int, int], own: list[int]) -> None:
         warnings.simplefilter("ignore", DeprecationWarning)
         pid = os.fork()
     if not pid:
-        _serve_and_exit(pipe, server, [*own, told, *running.values()])
+        _serve_and_exit(pipe, server, [*own, status_pipe, *running.values()])
     os.close(pipe)
     with contextlib.suppress(BrokenPipeError):
-        os.write(told, _NEWS.pack(pid))
-    running[pid] = told
+        os.write(status_pipe, _NEWS.pack(pid))
+    running[pid] = status_pipe
 
 
 def _serve_and_exit(pipe: int, server: int, foreign: list[int]) -> NoReturn:

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Final
 
 from simbench.runtime.limits import environment
-from simbench.runtime.messages import AT_ONCE, PREPARED
+from simbench.runtime.messages import FORK_NOW, FORK_PREPARED
 
 __all__ = ["ForkedProcess", "fork_worker", "start_fork_server"]
 
@@ -125,10 +125,10 @@ class _ForkServer:
 
     def fork(self, pipe: Connection, kind: bytes) -> ForkedProcess:
         """Request a process that serves the pipe."""
-        news, told = os.pipe()
+        news, status = os.pipe()
         with contextlib.suppress(OSError):  # it has died: so has the process, then
-            socket.send_fds(self._requests, [kind], [pipe.fileno(), told])
-        os.close(told)
+            socket.send_fds(self._requests, [kind], [pipe.fileno(), status])
+        os.close(status)
         return ForkedProcess(news)
 
     def forget(self) -> None:
@@ -171,7 +171,7 @@ def fork_worker(pipe: Connection, *, at_once: bool = False) -> ForkedProcess:
         Whether it is needed before what most workers need has been imported.
     """
     with _lock:
-        return _current().fork(pipe, AT_ONCE if at_once else PREPARED)
+        return _current().fork(pipe, FORK_NOW if at_once else FORK_PREPARED)
 
 
 def _current(*, renders: bool = True) -> _ForkServer:

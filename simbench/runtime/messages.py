@@ -13,12 +13,12 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
-__all__ = ["AT_ONCE", "PREPARED", "Inbox", "receive", "send"]
+__all__ = ["FORK_NOW", "FORK_PREPARED", "Inbox", "receive", "send"]
 
-AT_ONCE = b"o"
+FORK_NOW = b"o"
 """Asks the fork server for a process as soon as it can: that imports what it needs."""
 
-PREPARED = b"p"
+FORK_PREPARED = b"p"
 """Asks it for a process that is forked when all has been imported."""
 
 _HEADER = struct.Struct("!Q")  # bytes of the message that follows

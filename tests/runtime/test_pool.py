@@ -211,9 +211,9 @@ def test_leaving_the_block_ends_idle_workers_and_loses_nothing_that_they_printed
     with WorkerPool(1, {}, tmp_path / "log") as crew:
         (event,) = outcome(crew, job(misbehaving.says, "no end of line"))
     assert (tmp_path / "log").read_text() == "no end of line"
-    told = tmp_path / "pid"
-    told.write_text(str(event.value))
-    wait_until(lambda: is_gone(told))
+    pid_file = tmp_path / "pid"
+    pid_file.write_text(str(event.value))
+    wait_until(lambda: is_gone(pid_file))
 
 
 @pytest.mark.parametrize("renders", [True, False])
